@@ -1,0 +1,35 @@
+// Sparse Cholesky factorization by CHOLMOD (SuiteSparse), with typed failure.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+
+namespace field_core {
+
+/// LDL^T/LL^T of a symmetric positive definite sparse matrix, with fill-reducing ordering (AMD).
+/// The analysis is reused while the pattern stays the same.
+class SparseCholesky {
+ public:
+  SparseCholesky();
+  ~SparseCholesky();
+  SparseCholesky(SparseCholesky&&) noexcept;
+  SparseCholesky& operator=(SparseCholesky&&) noexcept;
+
+  /// Factorizes; only the lower triangle is read. Compressed storage.
+  /// @throws NumericalError with the column of the original matrix where a pivot was not positive, and
+  ///         what usually causes it; the object then holds no factor
+  void factorize(const Eigen::SparseMatrix<double>& lower);
+
+  /// @throws NumericalError if nothing is factorized or the sizes differ
+  Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs) const;
+  double log_determinant() const;
+  Eigen::Index size() const;
+  std::size_t analyses() const;  ///< how often the pattern was analysed
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace field_core

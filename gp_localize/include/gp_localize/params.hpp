@@ -1,0 +1,159 @@
+// Every parameter of the estimator: default, range, unit and documentation, in this one place.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "field_core/kernels.hpp"
+#include "field_core/odometry_motion_model.hpp"
+#include "field_core/params.hpp"
+
+namespace gp_localize {
+
+/// One scalar field, modelled as a Gaussian process with constant mean (paper section 2.1).
+struct FieldParams {
+  std::string unit = "1";
+  field_core::KernelType kernel = field_core::KernelType::squared_exponential;
+  double mean = 0.0;
+  double signal_stddev = 1.0;
+  double noise_stddev = 0.1;
+  std::vector<double> length_scales = {1.0, 1.0};
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::KernelType;
+    using field_core::positive;
+    v.text("unit", unit, "unit of the values, shown on maps");
+    v.choice("kernel", kernel,
+             {{"squared_exponential", KernelType::squared_exponential},
+              {"matern32", KernelType::matern32},
+              {"matern52", KernelType::matern52}},
+             "covariance function of the field");
+    v.required("mean").number("mean", mean, field_core::any_number(), "field unit",
+                              "value far from any measurement");
+    v.required("signal_stddev").number("signal_stddev", signal_stddev, positive(), "field unit",
+                                       "how much the field varies over the area");
+    v.required("noise_stddev").number("noise_stddev", noise_stddev, positive(), "field unit",
+                                      "noise of one measurement");
+    v.required("length_scales").numbers("length_scales", length_scales, {2, 2}, positive(), "m",
+                                        "distance over which the field changes, along x and y");
+  }
+};
+
+enum class MapHypotheses { sample_paths, particle };
+enum class ObservationModelType {
+  online_pitc,
+  online_pitc_assimilated,
+  offline_pitc,
+  fitc,
+  full_gp,
+  sod_truncate,
+  sod_even
+};
+enum class SupportSelection { explicit_points, grid, farthest_point, mutual_information };
+enum class Precision { single_precision, double_precision };
+
+/// Where the sparse Gaussian process is supported (the set S of the paper).
+struct SupportParams {
+  SupportSelection selection = SupportSelection::grid;
+  int size = 40;
+  std::vector<double> region = {-10.0, -10.0, 10.0, 10.0};
+  std::vector<Eigen::Vector2d> points;
+  bool noisy = false;
+  double jitter = 1e-8;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("selection", selection,
+             {{"explicit", SupportSelection::explicit_points},
+              {"grid", SupportSelection::grid},
+              {"farthest_point", SupportSelection::farthest_point},
+              {"mutual_information", SupportSelection::mutual_information}},
+             "how the support points are chosen before the run");
+    v.number("size", size, {1, 400}, "1", "how many support points; cost grows with its square");
+    v.numbers("region", region, {4, 4}, field_core::any_number(), "m",
+              "x_min, y_min, x_max, y_max of the area where the robot may be, in the map frame");
+    v.points("points", points, "m", "the support points for selection: explicit");
+    v.flag("noisy", noisy,
+           "true: support values carry measurement noise, as the paper prints it; false: noise-free "
+           "(Quinonero-Candela and Rasmussen 2005)");
+    v.number("jitter", jitter, {0.0, 1e-2}, "1",
+             "added to the diagonal of the support covariance, as a share of the signal variance");
+  }
+  void validate() const;
+};
+
+struct GpLocalizeParams {
+  std::map<std::string, FieldParams> fields;
+  int particles = 400;
+  MapHypotheses map_hypotheses = MapHypotheses::sample_paths;
+  int sample_paths = 400;
+  int slice_size = 10;
+  ObservationModelType observation_model = ObservationModelType::online_pitc;
+  bool redraw_sample_paths = true;
+  double likelihood_noise_scale = 2.0;
+  double resample_threshold = 0.5;
+  Precision precision = Precision::single_precision;
+  SupportParams support;
+  field_core::OdometryNoise odometry_noise;
+  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
+  double initial_cov_xx = 0.25, initial_cov_yy = 0.25, initial_cov_aa = 0.0685;
+  double update_min_d = 0.0, update_min_a = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::any_number;
+    using field_core::non_negative;
+    v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
+    v.number("particles", particles, {1, 100000}, "1", "particles of the filter");
+    v.choice("map_hypotheses", map_hypotheses,
+             {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
+             "sample_paths: the paper's shared sample paths (eq. 9); particle: one map per particle");
+    v.number("sample_paths", sample_paths, {1, 10000}, "1", "the paper's C: sample paths of eq. (9)");
+    v.number("slice_size", slice_size, {1, 100}, "1", "the paper's tau: measurements per slice");
+    v.choice("observation_model", observation_model,
+             {{"online_pitc", ObservationModelType::online_pitc},
+              {"online_pitc_assimilated", ObservationModelType::online_pitc_assimilated},
+              {"offline_pitc", ObservationModelType::offline_pitc},
+              {"fitc", ObservationModelType::fitc},
+              {"full_gp", ObservationModelType::full_gp},
+              {"sod_truncate", ObservationModelType::sod_truncate},
+              {"sod_even", ObservationModelType::sod_even}},
+             "online_pitc: eq. (12)-(13); online_pitc_assimilated: eq. (10)-(11); the rest: the "
+             "paper's baselines");
+    v.flag("redraw_sample_paths", redraw_sample_paths,
+           "remark 3: once per slice the sample paths continue from poses drawn from the belief");
+    v.number("likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
+             "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
+             "the model");
+    v.number("resample_threshold", resample_threshold, {0.0, 1.0}, "1",
+             "resample when the effective sample size falls below this share of the particles");
+    v.choice("precision", precision,
+             {{"single", Precision::single_precision}, {"double", Precision::double_precision}},
+             "arithmetic of the likelihood of particles x paths; the map itself is always double");
+    v.group("support", support, "support points of the sparse Gaussian process");
+    v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
+             "rotation noise from rotation, as in amcl");
+    v.number("odom_alpha2", odometry_noise.alpha2, non_negative(), "rad^2/m^2",
+             "rotation noise from translation");
+    v.number("odom_alpha3", odometry_noise.alpha3, non_negative(), "1",
+             "translation noise from translation");
+    v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
+             "translation noise from rotation");
+    v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
+    v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
+             "variance of the start; 0: exactly known");
+    v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
+    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2", "variance of the start yaw");
+    v.number("update_min_d", update_min_d, non_negative(), "m",
+             "a measurement is used once the robot has moved this far; 0: every measurement");
+    v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
+  }
+  void validate() const;
+};
+
+}  // namespace gp_localize
