@@ -1,0 +1,33 @@
+// What is known of each field before the run, and the measurements of one step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "field_core/estimator.hpp"
+#include "gp_localize/params.hpp"
+#include "gp_localize/support_basis.hpp"
+
+namespace gp_localize {
+
+/// One field: prior mean, noise, kernel and support, fixed for the run.
+struct FieldModel {
+  field_core::FieldInfo info;
+  double mean;            ///< prior mean [field unit]
+  double noise_variance;  ///< of one measurement
+  SupportBasis basis;
+};
+
+/// One field's measurement of a step.
+struct Observation {
+  int field;
+  double value;                ///< minus the field's prior mean
+  double noise_variance;       ///< with which the map learns it
+  double likelihood_variance;  ///< noise with which particles are weighed
+};
+
+/// Builds the models of all fields over one support set, ordered by name.
+/// @throws ParameterError, NumericalError naming the field
+std::vector<FieldModel> make_field_models(const GpLocalizeParams& params);
+
+}  // namespace gp_localize

@@ -1,0 +1,59 @@
+// What the filter needs of a map that is learned while localizing: one interface, one implementation
+// per answer to the question "which paths were the measurements taken on?".
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "field_core/odometry_motion_model.hpp"
+#include "field_core/random.hpp"
+#include "field_core/state.hpp"
+#include "gp_localize/field_model.hpp"
+
+namespace gp_localize {
+
+/// The filter's particles; weights sum to 1.
+using ParticleSet = std::vector<field_core::WeightedPose>;
+
+/// Predictive moments of each observation of a step over particles and hypotheses, before the update.
+struct Innovation {
+  std::vector<double> mean;
+  std::vector<double> variance;  ///< with the likelihood's noise
+};
+
+class MapModel {
+ public:
+  virtual ~MapModel() = default;
+
+  /// Forgets everything; hypotheses start at poses drawn from N(pose, covariance).
+  virtual void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
+                       field_core::Random& random) = 0;
+  /// The robot was moved or its pose given anew; the map is kept.
+  virtual void relocate(const ParticleSet& particles, field_core::Random& random) = 0;
+  /// The robot drove `motion`.
+  virtual void move(const field_core::OdometryMotion& motion,
+                    const field_core::OdometryMotionModel& model, field_core::Random& random) = 0;
+  /// log p(observations | particle) for each particle into `log_likelihood` (resized).
+  virtual void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
+                     const std::vector<Observation>& observations,
+                     std::vector<double>& log_likelihood, Innovation& innovation) = 0;
+  /// Adds the observations just weighed. `particles` carry their new weights, not resampled yet.
+  virtual void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
+                     const std::vector<Observation>& observations, field_core::Random& random) = 0;
+  /// Particle i is now a copy of what ancestors[i] was.
+  virtual void resampled(const std::vector<int>& ancestors) = 0;
+  /// Mean and variance (noise not included) of field f, minus its prior mean, at points (2 x n).
+  virtual void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
+                       Eigen::VectorXd& mean, Eigen::VectorXd& variance) const = 0;
+
+  virtual void save(field_core::State& state) const = 0;
+  /// @throws DataError and changes nothing
+  virtual void restore(const field_core::State& state) = 0;
+};
+
+/// @throws ParameterError for a combination of parameters that no model offers
+std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
+                                         const std::vector<FieldModel>& fields);
+
+}  // namespace gp_localize

@@ -1,0 +1,41 @@
+// The sparse Gaussian process of one field seen from its support points, in whitened coordinates.
+//
+// Notation: S support points (m of them), L L^T = Sigma_SS, phi(x) = L^-1 Sigma_Sx. Then
+//   Sigma_xS Sigma_SS^-1 Sigma_Sx' = phi(x)^T phi(x')   (Gamma of Quinonero-Candela and Rasmussen 2005)
+//   sigma_xx'|S = k(x, x') - phi(x)^T phi(x')           (what the support cannot explain)
+// and the values at the support are L u with u ~ N(0, I) before any measurement.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "field_core/kernels.hpp"
+
+namespace gp_localize {
+
+/// Features of many points: row i holds component i of phi for all points.
+using Features = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+class SupportBasis {
+ public:
+  /// @param support 2 x m, map frame [m]
+  /// @param jitter share of the signal variance added to the diagonal of Sigma_SS
+  /// @param noise_variance 0: latent support; the field's noise variance: support as the paper prints it
+  /// @throws NumericalError naming the two support points that coincide, or saying that Sigma_SS is
+  ///         singular, with the remedy
+  SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support, double jitter,
+               double noise_variance);
+
+  Eigen::Index size() const { return support_.cols(); }
+  const field_core::Kernel& kernel() const { return kernel_; }
+  const Eigen::Matrix2Xd& support() const { return support_; }
+
+  /// phi at each column of `points` (2 x n): m x n. O(m^2 n); allocates only if the shape changes.
+  void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, Features& features) const;
+
+ private:
+  field_core::Kernel kernel_;
+  Eigen::Matrix2Xd support_;
+  Features whitening_;  // L^-1, lower triangular
+};
+
+}  // namespace gp_localize

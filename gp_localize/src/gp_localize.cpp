@@ -1,0 +1,212 @@
+#include "gp_localize/gp_localize.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field_core/errors.hpp"
+#include "gp_localize/resampling.hpp"
+
+namespace gp_localize {
+
+using field_core::SE2;
+using field_core::UpdateResult;
+
+GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
+    : params_(params),
+      seed_(seed),
+      random_(seed),
+      motion_model_(params.odometry_noise),
+      models_(make_field_models(params)),
+      map_(make_map_model(params, models_)) {
+  for (const FieldModel& model : models_) infos_.push_back(model.info);
+  reset();
+}
+
+void GpLocalize::reset() {
+  random_ = field_core::Random(seed_);
+  const SE2 start(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a);
+  const Eigen::Matrix3d covariance =
+      Eigen::Vector3d(params_.initial_cov_xx, params_.initial_cov_yy, params_.initial_cov_aa)
+          .asDiagonal();
+  map_->restart(start, covariance, random_);
+  draw_particles(start, covariance);
+  stamp_ = field_core::Stamp(0);
+  updated_ = false;
+  moved_distance_ = moved_angle_ = 0.0;
+  summarize();
+}
+
+void GpLocalize::draw_particles(const SE2& mean, const Eigen::Matrix3d& covariance) {
+  particles_.resize(params_.particles);
+  for (auto& particle : particles_) {
+    particle = {SE2(mean.vector() + random_.normal3(covariance)), 1.0 / params_.particles};
+  }
+}
+
+void GpLocalize::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
+  draw_particles(mean, covariance);
+  map_->relocate(particles_, random_);
+  summarize();
+}
+
+void GpLocalize::scatter() {
+  const field_core::MapRegion r = map_region();
+  for (auto& particle : particles_) {
+    particle = {SE2(random_.uniform(r.x_min, r.x_max), random_.uniform(r.y_min, r.y_max),
+                    random_.uniform(-M_PI, M_PI)),
+                1.0 / params_.particles};
+  }
+  map_->relocate(particles_, random_);
+  summarize();
+}
+
+void GpLocalize::predict(const field_core::OdometryIncrement& increment) {
+  const auto motion = field_core::OdometryMotion::from(increment.delta);
+  map_->move(motion, motion_model_, random_);
+  for (auto& particle : particles_) {
+    particle.pose = motion_model_.sample(particle.pose, motion, random_);
+  }
+  moved_distance_ += std::abs(motion.trans);
+  moved_angle_ += std::abs(increment.delta.yaw());
+  stamp_ = increment.to;
+  summarize();
+}
+
+bool GpLocalize::moved_enough() const {
+  const bool gated = params_.update_min_d > 0.0 || params_.update_min_a > 0.0;
+  if (!gated || !updated_) return true;
+  return (params_.update_min_d > 0.0 && moved_distance_ >= params_.update_min_d) ||
+         (params_.update_min_a > 0.0 && moved_angle_ >= params_.update_min_a);
+}
+
+void GpLocalize::collect_observations(const field_core::Sample& sample) {
+  observations_.clear();
+  const double scale = params_.likelihood_noise_scale * params_.likelihood_noise_scale;
+  for (const field_core::Reading& reading : sample.readings) {
+    if (reading.field < 0 || reading.field >= static_cast<int>(models_.size())) continue;
+    const FieldModel& model = models_[reading.field];
+    const double noise = reading.variance > 0.0 ? reading.variance : model.noise_variance;
+    observations_.push_back({reading.field, reading.value - model.mean, noise, scale * noise});
+  }
+}
+
+UpdateResult GpLocalize::update(const field_core::Sample& sample) {
+  collect_observations(sample);
+  if (observations_.empty()) return UpdateResult::skipped("no known field");
+  if (!moved_enough()) return UpdateResult::skipped("not moved enough");
+  map_->weigh(particles_, sample.sensor_in_base, observations_, log_weights_, innovation_);
+  const UpdateResult result = normalized_innovation();
+  for (std::size_t i = 0; i < log_weights_.size(); ++i) {
+    log_weights_[i] += std::log(particles_[i].weight);
+  }
+  if (!normalize_log_weights(log_weights_)) {
+    return UpdateResult::skipped("no particle explains the measurement");
+  }
+  for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
+  map_->learn(particles_, sample.sensor_in_base, observations_, random_);
+  summarize();
+  resample_if_needed();
+  updated_ = true;
+  moved_distance_ = moved_angle_ = 0.0;
+  stamp_ = sample.stamp;
+  return result;
+}
+
+UpdateResult GpLocalize::normalized_innovation() const {
+  UpdateResult result;
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
+    const double error = observations_[k].value - innovation_.mean[k];
+    result.nis += error * error / innovation_.variance[k];
+  }
+  result.nis_dof = static_cast<int>(observations_.size());
+  return result;
+}
+
+/// `log_weights_` holds the particles' normalized weights here.
+void GpLocalize::resample_if_needed() {
+  const double count = static_cast<double>(particles_.size());
+  if (effective_sample_size(log_weights_) >= params_.resample_threshold * count) return;
+  low_variance_resample(log_weights_, random_.uniform(), ancestors_);
+  resampled_.resize(particles_.size());
+  for (std::size_t i = 0; i < resampled_.size(); ++i) {
+    resampled_[i] = {particles_[ancestors_[i]].pose, 1.0 / count};
+  }
+  resampled_.swap(particles_);
+  map_->resampled(ancestors_);
+}
+
+/// From the weighted particles: resampling only adds variance.
+void GpLocalize::summarize() { summarize_particles(particles_, mean_, covariance_); }
+
+field_core::Belief GpLocalize::belief() const { return {stamp_, mean_, covariance_, particles_}; }
+
+field_core::FieldPrediction GpLocalize::predict_field(const Eigen::Matrix2Xd& points) const {
+  const auto count = static_cast<Eigen::Index>(models_.size());
+  field_core::FieldPrediction p;
+  p.mean.resize(count, points.cols());
+  p.variance.resize(count, points.cols());
+  p.prior_variance.resize(count);
+  Eigen::VectorXd mean, variance;
+  for (Eigen::Index f = 0; f < count; ++f) {
+    const FieldModel& model = models_[f];
+    map_->predict(static_cast<int>(f), points, particles_, mean, variance);
+    p.mean.row(f) = mean.transpose().array() + model.mean;
+    p.variance.row(f) = variance.transpose().array() + model.noise_variance;
+    p.prior_variance[f] = model.basis.kernel().signal_variance() + model.noise_variance;
+  }
+  return p;
+}
+
+field_core::MapRegion GpLocalize::map_region() const {
+  if (params_.support.selection != SupportSelection::explicit_points) {
+    const auto& r = params_.support.region;
+    return {r[0], r[1], r[2], r[3]};
+  }
+  // Explicit points: their box, and one length scale around it.
+  const FieldModel& model = models_.front();
+  const Eigen::Vector2d low = model.basis.support().rowwise().minCoeff();
+  const Eigen::Vector2d high = model.basis.support().rowwise().maxCoeff();
+  const Eigen::Vector2d margin = model.basis.kernel().length_scales();
+  return {low.x() - margin.x(), low.y() - margin.y(), high.x() + margin.x(), high.y() + margin.y()};
+}
+
+field_core::State GpLocalize::state() const {
+  field_core::State state(kName, kStateVersion);
+  Eigen::MatrixXd poses(4, particles_.size());
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    poses.col(i) << particles_[i].pose.vector(), particles_[i].weight;
+  }
+  state.set("particles", poses);
+  state.set_text("random", random_.state());
+  state.set_text("stamp_ns", std::to_string(stamp_.count()));
+  state.set("mean", Eigen::MatrixXd(mean_.vector()));
+  state.set("covariance", Eigen::MatrixXd(covariance_));
+  state.set("updated", updated_ ? 1.0 : 0.0);
+  state.set("moved", Eigen::MatrixXd(Eigen::Vector2d(moved_distance_, moved_angle_)));
+  map_->save(state);
+  return state;
+}
+
+void GpLocalize::restore(const field_core::State& state) {
+  state.require(kName, kStateVersion);
+  const Eigen::MatrixXd poses = state.matrix("particles", 4, params_.particles);
+  const Eigen::MatrixXd mean = state.matrix("mean", 3, 1), moved = state.matrix("moved", 2, 1);
+  const Eigen::MatrixXd covariance = state.matrix("covariance", 3, 3);
+  const bool updated = state.scalar("updated") != 0.0;
+  const auto stamp = field_core::Stamp(std::stoll(state.text("stamp_ns")));
+  field_core::Random random(seed_);
+  random.restore(state.text("random"));
+  map_->restore(state);  // the last that can fail
+  for (Eigen::Index i = 0; i < poses.cols(); ++i) {
+    particles_[i] = {SE2(poses(0, i), poses(1, i), poses(2, i)), poses(3, i)};
+  }
+  random_ = random;
+  stamp_ = stamp;
+  mean_ = SE2(Eigen::Vector3d(mean));
+  covariance_ = covariance;
+  updated_ = updated;
+  moved_distance_ = moved(0);
+  moved_angle_ = moved(1);
+}
+
+}  // namespace gp_localize

@@ -1,0 +1,32 @@
+#include "gp_localize/params.hpp"
+
+#include <string>
+
+#include "field_core/errors.hpp"
+
+namespace gp_localize {
+
+using field_core::ParameterError;
+
+void SupportParams::validate() const {
+  if (!(region[0] < region[2] && region[1] < region[3])) {
+    throw ParameterError("support/region",
+                         "must be [x_min, y_min, x_max, y_max] with x_min < x_max and y_min < y_max");
+  }
+  if (selection == SupportSelection::explicit_points && points.empty()) {
+    throw ParameterError("support/points",
+                         "selection: explicit needs a list of points [[x, y], ...]");
+  }
+  if (points.size() > 400) {
+    throw ParameterError("support/points", std::to_string(points.size()) +
+                                               " points are too many; at most 400 are allowed");
+  }
+}
+
+void GpLocalizeParams::validate() const {
+  if (fields.empty()) {
+    throw ParameterError("fields", "names no field; give at least one, with its hyperparameters");
+  }
+}
+
+}  // namespace gp_localize

@@ -1,0 +1,39 @@
+// The maps of all sample paths of one field, laid out so that weighing particles is one matrix
+// product: phi^T A phi = svec(phi phi^T) . svec(A) over packed symmetric matrices.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "gp_localize/field_model.hpp"
+#include "gp_localize/online_sparse_gp.hpp"
+
+namespace gp_localize {
+
+/// Interface that hides the precision. Paths must close their slices together.
+class PathPanels {
+ public:
+  virtual ~PathPanels() = default;
+  /// Takes over the maps of paths whose slices have just been closed: per path, one column of A
+  /// (lower triangle by columns) followed by m, as in OnlineSparseGp.
+  virtual void assimilate(const Eigen::MatrixXd& summaries) = 0;
+  /// Path c measured `value` at places.col(c), whose features are features.col(c); with
+  /// Recent::ignored this changes nothing until the slice is closed.
+  virtual void extend(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
+                      const Features& features, double value, double noise_variance) = 0;
+  /// Makes room for and clears the sums of log densities of `particles` particles.
+  virtual void begin(int particles) = 0;
+  /// Adds this field's log density of `value` for all particles x paths to the sums of `total`.
+  /// @param moments 2 x P: per particle, mean and mean square of the paths' predictions
+  virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
+                   const Features& features, double value, double noise_variance,
+                   PathPanels* total, Eigen::Matrix2Xd& moments) = 0;
+  /// Per particle, log of the mean over paths of the densities summed up since begin().
+  virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
+};
+
+std::unique_ptr<PathPanels> make_path_panels(const SupportBasis& basis, int paths, int slice_size,
+                                             Recent recent, Precision precision);
+
+}  // namespace gp_localize

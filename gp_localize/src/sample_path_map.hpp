@@ -1,0 +1,59 @@
+// The paper's map: C sample paths drawn from the motion model, one online sparse Gaussian process per
+// path and field, shared by all particles (eq. 8-9, remark 3 after theorem 1).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gp_localize/map_model.hpp"
+#include "gp_localize/online_sparse_gp.hpp"
+#include "path_panels.hpp"
+
+namespace gp_localize {
+
+class SamplePathMap : public MapModel {
+ public:
+  SamplePathMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields);
+
+  void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
+               field_core::Random& random) override;
+  void relocate(const ParticleSet& particles, field_core::Random& random) override;
+  void move(const field_core::OdometryMotion& motion, const field_core::OdometryMotionModel& model,
+            field_core::Random& random) override;
+  void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
+             const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
+             Innovation& innovation) override;
+  void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
+             const std::vector<Observation>& observations, field_core::Random& random) override;
+  void resampled(const std::vector<int>&) override {}
+  void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
+               Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
+  void save(field_core::State& state) const override;
+  void restore(const field_core::State& state) override;
+
+ private:
+  void close_slice();
+  /// Panels of one field from the closed summaries and the open rows of its maps.
+  void fill_panels(int field, PathPanels& panels) const;
+  /// Paths continue from poses drawn from the particles, by low-variance sampling.
+  void redraw_paths(const ParticleSet& particles, field_core::Random& random);
+
+  std::vector<FieldModel> fields_;
+  int slice_size_;
+  bool redraw_;
+  Recent recent_;
+  std::vector<field_core::SE2> poses_;             // where each path stands
+  std::vector<std::vector<OnlineSparseGp>> maps_;  // [field][path]
+  std::vector<Eigen::MatrixXd> closed_;            // [field]: summaries when the last slice closed
+  std::vector<std::unique_ptr<PathPanels>> panels_;
+  int steps_in_slice_ = 0;
+  // Kept between steps.
+  Features features_;
+  Eigen::Matrix2Xd points_;
+  OnlineSparseGp::Evaluation evaluation_;
+  Eigen::Matrix2Xd moments_;
+  std::vector<double> weights_;
+  std::vector<int> drawn_;
+};
+
+}  // namespace gp_localize

@@ -1,0 +1,57 @@
+#include "gp_localize/support_basis.hpp"
+
+#include <Eigen/Cholesky>
+#include <string>
+
+#include "field_core/errors.hpp"
+#include "hypothesis_kernels.hpp"
+
+namespace gp_localize {
+namespace {
+
+std::string describe(const Eigen::Matrix2Xd& s, Eigen::Index i) {
+  return std::to_string(i) + " (" + std::to_string(s(0, i)) + ", " + std::to_string(s(1, i)) + ")";
+}
+
+void require_distinct(const Eigen::Matrix2Xd& s, const Eigen::Vector2d& length_scales) {
+  constexpr double kSame = 1e-6;  // of a length scale: covariances then agree to the last bits
+  for (Eigen::Index i = 0; i < s.cols(); ++i) {
+    for (Eigen::Index j = i + 1; j < s.cols(); ++j) {
+      if ((s.col(i) - s.col(j)).cwiseQuotient(length_scales).norm() > kSame) continue;
+      throw field_core::NumericalError("support points " + describe(s, i) + " and " +
+                                       describe(s, j) + " coincide; remove one of them");
+    }
+  }
+}
+
+}  // namespace
+
+SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support,
+                           double jitter, double noise_variance)
+    : kernel_(kernel), support_(support) {
+  if (support.cols() == 0) {
+    throw field_core::NumericalError("the support set is empty; give at least one support point");
+  }
+  require_distinct(support, kernel.length_scales());
+  Eigen::MatrixXd sigma = kernel.matrix(support, support);
+  sigma.diagonal().array() += jitter * kernel.signal_variance() + noise_variance;
+  const Eigen::LLT<Eigen::MatrixXd> factor(sigma);
+  if (factor.info() != Eigen::Success) {
+    throw field_core::NumericalError(
+        "the covariance of the support points is singular: they are too close for the length "
+        "scales; use fewer or wider spaced points, or raise support/jitter (1e-8 is usual)");
+  }
+  whitening_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(size(), size()));
+}
+
+void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
+                            Features& features) const {
+  features.resize(size(), points.cols());
+  whitened_features({kernel_.type(), kernel_.signal_variance(), kernel_.length_scales().x(),
+                     kernel_.length_scales().y(), static_cast<int>(size()), support_.data(),
+                     whitening_.data()},
+                    static_cast<int>(points.cols()), points.data(),
+                    static_cast<int>(points.outerStride()), features.data());
+}
+
+}  // namespace gp_localize

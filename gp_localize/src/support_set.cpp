@@ -1,0 +1,125 @@
+#include "gp_localize/support_set.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "field_core/errors.hpp"
+
+namespace gp_localize {
+namespace {
+
+/// Cell centres of columns x rows cells over the region, row by row.
+Eigen::Matrix2Xd lattice(const std::vector<double>& r, int columns, int rows) {
+  Eigen::Matrix2Xd points(2, columns * rows);
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      points.col(j * columns + i) << r[0] + (r[2] - r[0]) * (i + 0.5) / columns,
+          r[1] + (r[3] - r[1]) * (j + 0.5) / rows;
+    }
+  }
+  return points;
+}
+
+/// Of all grids with at most `size` cells, the one that fills the most and is the most square.
+Eigen::Matrix2Xd grid(const std::vector<double>& r, int size) {
+  const double width = r[2] - r[0], height = r[3] - r[1];
+  int best_columns = 1, best_rows = size;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int columns = 1; columns <= size; ++columns) {
+    const int rows = size / columns;
+    const double squareness = std::abs(std::log((width / columns) / (height / rows)));
+    const double cost = squareness + 2.0 * std::log(static_cast<double>(size) / (columns * rows));
+    if (cost < best_cost) {
+      best_cost = cost;
+      best_columns = columns;
+      best_rows = rows;
+    }
+  }
+  return lattice(r, best_columns, best_rows);
+}
+
+Eigen::Matrix2Xd candidates(const std::vector<double>& r) {
+  constexpr int kCandidates = 400;
+  return grid(r, kCandidates);
+}
+
+Eigen::Matrix2Xd pick(const Eigen::Matrix2Xd& from, const std::vector<Eigen::Index>& chosen) {
+  Eigen::Matrix2Xd points(2, chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) points.col(i) = from.col(chosen[i]);
+  return points;
+}
+
+Eigen::Matrix2Xd farthest_point(const std::vector<double>& r, int size) {
+  const Eigen::Matrix2Xd all = candidates(r);
+  const Eigen::Vector2d centre((r[0] + r[2]) / 2, (r[1] + r[3]) / 2);
+  std::vector<Eigen::Index> chosen(1);
+  (all.colwise() - centre).colwise().squaredNorm().minCoeff(&chosen[0]);
+  Eigen::RowVectorXd nearest = (all.colwise() - all.col(chosen[0])).colwise().squaredNorm();
+  while (static_cast<int>(chosen.size()) < std::min<Eigen::Index>(size, all.cols())) {
+    Eigen::Index next;
+    nearest.maxCoeff(&next);
+    chosen.push_back(next);
+    nearest = nearest.cwiseMin((all.colwise() - all.col(next)).colwise().squaredNorm());
+  }
+  return pick(all, chosen);
+}
+
+/// Greedy choice of argmax var(y | chosen) / var(y | all others): each ratio from one covariance that
+/// is conditioned step by step, and from the precision of the places not chosen yet.
+Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
+                                    const field_core::Kernel& kernel, double noise_variance) {
+  const Eigen::Matrix2Xd all = candidates(r);
+  Eigen::MatrixXd given_chosen = kernel.matrix(all, all);
+  given_chosen.diagonal().array() += noise_variance;
+  const Eigen::Index n = all.cols();
+  Eigen::MatrixXd precision = given_chosen.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  std::vector<Eigen::Index> chosen;
+  std::vector<bool> taken(n, false);
+  while (static_cast<Eigen::Index>(chosen.size()) < std::min<Eigen::Index>(size, n - 1)) {
+    Eigen::Index best = -1;
+    double best_ratio = -1.0;
+    for (Eigen::Index y = 0; y < n; ++y) {
+      // var(y | others not chosen) = 1 / precision(y, y).
+      const double ratio = taken[y] ? -1.0 : given_chosen(y, y) * precision(y, y);
+      if (ratio > best_ratio * (1.0 + 1e-12)) {
+        best_ratio = ratio;
+        best = y;
+      }
+    }
+    chosen.push_back(best);
+    taken[best] = true;
+    const Eigen::VectorXd c = given_chosen.col(best);
+    given_chosen.noalias() -= c * c.transpose() / c[best];
+    // Marginalizing `best` out of the places that remain: a Schur complement of the precision.
+    const Eigen::VectorXd p = precision.col(best);
+    precision.noalias() -= p * p.transpose() / p[best];
+  }
+  return pick(all, chosen);
+}
+
+}  // namespace
+
+Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::Kernel& kernel,
+                                double noise_variance) {
+  switch (params.selection) {
+    case SupportSelection::grid:
+      return grid(params.region, params.size);
+    case SupportSelection::farthest_point:
+      return farthest_point(params.region, params.size);
+    case SupportSelection::mutual_information:
+      return mutual_information(params.region, params.size, kernel, noise_variance);
+    case SupportSelection::explicit_points:
+      break;
+  }
+  if (params.points.empty()) {
+    throw field_core::ParameterError("support/points",
+                                     "selection: explicit needs a list of points [[x, y], ...]");
+  }
+  Eigen::Matrix2Xd points(2, params.points.size());
+  for (std::size_t i = 0; i < params.points.size(); ++i) points.col(i) = params.points[i];
+  return points;
+}
+
+}  // namespace gp_localize
