@@ -7,6 +7,8 @@ endif()
 set(CMAKE_CXX_STANDARD 17)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+# Shared, as catkin builds: a library then brings what it links privately (CHOLMOD) to its users.
+option(BUILD_SHARED_LIBS "Build shared libraries" ON)
 set(FIELD_WARNINGS -Wall -Wextra -Wno-psabi)
 
 # Where things are installed: catkin's places, or plain CMake's.

@@ -9,7 +9,8 @@ namespace {
 
 void require_positive(const char* key, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw ParameterError(key, std::to_string(value) + " is not allowed; it must be a positive number");
+    throw ParameterError(key,
+                         std::to_string(value) + " is not allowed; it must be a positive number");
   }
 }
 
@@ -39,8 +40,7 @@ Kernel::Kernel(KernelType type, double signal_stddev, const Eigen::Vector2d& len
 }
 
 double Kernel::operator()(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {
-  return signal_variance_ *
-         correlation(type_, (a - b).cwiseQuotient(length_scales_).squaredNorm());
+  return signal_variance_ * correlation(type_, (a - b).cwiseQuotient(length_scales_).squaredNorm());
 }
 
 Eigen::MatrixXd Kernel::matrix(const Eigen::Ref<const Eigen::Matrix2Xd>& a,

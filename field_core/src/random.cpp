@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <locale>
 #include <sstream>
 
 #include "field_core/errors.hpp"
@@ -44,7 +45,8 @@ double Random::student_t(double degrees) {
 
 Eigen::Vector3d Random::normal3(const Eigen::Matrix3d& covariance) {
   const Eigen::LDLT<Eigen::Matrix3d> factor(covariance);
-  Eigen::Vector3d draw(normal(), normal(), normal());
+  Eigen::Vector3d draw;
+  for (int i = 0; i < 3; ++i) draw[i] = normal();  // arguments of a call have no defined order
   draw = factor.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() * draw;
   draw = factor.matrixL() * draw;
   return factor.transpositionsP().transpose() * draw;
@@ -54,12 +56,14 @@ std::string Random::state() const {
   std::ostringstream out;
   std::uint64_t bits;
   std::memcpy(&bits, &spare_, sizeof bits);
+  out.imbue(std::locale::classic());
   out << (has_spare_ ? 1 : 0) << ' ' << bits << ' ' << engine_;
   return out.str();
 }
 
 void Random::restore(const std::string& state) {
   std::istringstream in(state);
+  in.imbue(std::locale::classic());
   int has_spare = 0;
   std::uint64_t bits = 0;
   std::mt19937_64 engine;

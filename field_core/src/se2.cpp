@@ -5,14 +5,16 @@
 namespace field_core {
 namespace {
 
-// sin(w)/w and (1 - cos(w))/w, by series where the quotient loses digits.
+// sin(w)/w and (1 - cos(w))/w. 1 - cos(w) cancels for small w, 2 sin^2(w/2) does not; the series is
+// for the quotient 0/0, where its next terms are below double precision.
 void arc_factors(double w, double& s, double& c) {
   if (std::abs(w) < 1e-4) {
     s = 1.0 - w * w / 6.0;
     c = w / 2.0 - w * w * w / 24.0;
   } else {
+    const double half = std::sin(0.5 * w);
     s = std::sin(w) / w;
-    c = (1.0 - std::cos(w)) / w;
+    c = 2.0 * half * half / w;
   }
 }
 

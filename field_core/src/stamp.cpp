@@ -1,8 +1,8 @@
 #include "field_core/stamp.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -28,7 +28,8 @@ std::string format_stamp(Stamp stamp) {
 
 Stamp parse_stamp(const std::string& text) {
   const auto fail = [&text]() {
-    return DataError("'" + text + "' is not a time in seconds; write a decimal number such as 12.5");
+    return DataError("'" + text +
+                     "' is not a time in seconds; write a decimal number such as 12.5");
   };
   std::size_t i = 0;
   const bool negative = !text.empty() && text[0] == '-';
@@ -40,7 +41,8 @@ Stamp parse_stamp(const std::string& text) {
     whole = whole * 10 + (text[i] - '0');
   }
   if (i < text.size() && text[i] == '.') {
-    for (++i; i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])); ++i, ++decimals) {
+    for (++i; i < text.size() && std::isdigit(static_cast<unsigned char>(text[i]));
+         ++i, ++decimals) {
       if (decimals < 9) fraction = fraction * 10 + (text[i] - '0');
     }
   }

@@ -34,8 +34,9 @@ void State::require(const std::string& estimator, std::uint32_t version) const {
                     "'; load it with " + estimator_);
   }
   if (version_ != version) {
-    throw DataError("the state has layout version " + std::to_string(version_) + ", this program reads " +
-                    std::to_string(version) + "; make the map again or use the program that saved it");
+    throw DataError("the state has layout version " + std::to_string(version_) +
+                    ", this program reads " + std::to_string(version) +
+                    "; make the map again or use the program that saved it");
   }
 }
 

@@ -24,12 +24,12 @@ struct Belief {
   std::vector<WeightedPose> particles;
 };
 
-/// Smallest variance that a belief reports, (1 micrometre)^2 and (1 microradian)^2: an exactly known
-/// pose stays positive definite.
+/// Smallest variance that a belief reports, (1 micrometre)^2 and (1 microradian)^2: an exactly
+/// known pose stays positive definite.
 constexpr double kMinimumPoseVariance = 1e-12;
 
-/// Weighted mean (circular for yaw) and covariance of the particles, with kMinimumPoseVariance added
-/// to the diagonal. Weights need not be normalized. Complexity O(particles).
+/// Weighted mean (circular for yaw) and covariance of the particles, with kMinimumPoseVariance
+/// added to the diagonal. Weights need not be normalized. Complexity O(particles).
 /// @throws NumericalError if there is no particle or the weights do not sum to a positive number
 void summarize_particles(const std::vector<WeightedPose>& particles, SE2& mean,
                          Eigen::Matrix3d& covariance);

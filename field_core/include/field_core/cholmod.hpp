@@ -17,7 +17,8 @@ class SparseCholesky {
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   /// Factorizes; only the lower triangle is read. Compressed storage.
-  /// @throws NumericalError with the column of the original matrix where a pivot was not positive, and
+  /// @throws NumericalError with the column of the original matrix where a pivot was not positive,
+  /// and
   ///         what usually causes it; the object then holds no factor
   void factorize(const Eigen::SparseMatrix<double>& lower);
 

@@ -20,8 +20,8 @@ struct ParameterError : DataError {
   std::string key;
 };
 
-/// A computation that has no usable result (a matrix not positive definite, ...): the text names the
-/// cause and the remedy.
+/// A computation that has no usable result (a matrix not positive definite, ...): the text names
+/// the cause and the remedy.
 struct NumericalError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -8,18 +8,18 @@
 //   void predict(const OdometryIncrement&)          motion since the last predict
 //   UpdateResult update(const Sample&)              one measurement, taken where predict() left off
 //   Belief belief() const
-//   FieldPrediction predict_field(points) const     mean and variance of each field at points (2 x n)
-//   const std::vector<FieldInfo>& fields() const    Reading::field indexes it
-//   MapRegion map_region() const                    the area worth drawing
-//   void set_pose(const SE2&, const Matrix3d& cov)  /initialpose; the map is kept
-//   void scatter()                                  global_localization: the pose is unknown
-//   void reset()                                    back to the state after construction
+//   FieldPrediction predict_field(points) const     mean and variance of each field at points (2 x
+//   n) const std::vector<FieldInfo>& fields() const    Reading::field indexes it MapRegion
+//   map_region() const                    the area worth drawing void set_pose(const SE2&, const
+//   Matrix3d& cov)  /initialpose; the map is kept void scatter() global_localization: the pose is
+//   unknown void reset()                                    back to the state after construction
 //   State state() const; void restore(const State&) complete: what follows is bit for bit the same;
-//                                                   restore @throws DataError and changes nothing then
+//                                                   restore @throws DataError and changes nothing
+//                                                   then
 //
 // The same calls with the same seed give the same bits, whatever the machine's speed or load.
-// predict and update allocate nothing after warm-up, and their cost does not depend on how many steps
-// went before.
+// predict and update allocate nothing after warm-up, and their cost does not depend on how many
+// steps went before.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,14 +43,16 @@ struct OdometryIncrement {
   SE2 delta;
 };
 
-/// Value of one field. `variance` is that of the measurement noise; 0: the field's configured noise.
+/// Value of one field. `variance` is that of the measurement noise; 0: the field's configured
+/// noise.
 struct Reading {
   int field = 0;
   double value = 0.0;
   double variance = 0.0;
 };
 
-/// What the sensors at one place of the robot read at one time. Readings are finite, fields distinct.
+/// What the sensors at one place of the robot read at one time. Readings are finite, fields
+/// distinct.
 struct Sample {
   Stamp stamp{0};
   SE2 sensor_in_base;
@@ -60,9 +62,10 @@ struct Sample {
 /// What became of a sample, with the filter's own check of it.
 struct UpdateResult {
   bool applied = true;
-  const char* reason = "";  ///< why it was skipped: one of a few static texts, counted in diagnostics
-  double nis = 0.0;         ///< normalized innovation squared of the prediction before the update
-  int nis_dof = 0;          ///< its degrees of freedom; 0: no statement
+  const char* reason =
+      "";            ///< why it was skipped: one of a few static texts, counted in diagnostics
+  double nis = 0.0;  ///< normalized innovation squared of the prediction before the update
+  int nis_dof = 0;   ///< its degrees of freedom; 0: no statement
 
   static UpdateResult skipped(const char* why) { return {false, why, 0.0, 0}; }
 };
@@ -91,16 +94,15 @@ template <class E, class = void>
 struct IsEstimator : std::false_type {};
 template <class E>
 struct IsEstimator<
-    E, std::void_t<
-           typename E::Params, decltype(E::kName),
-           decltype(E(std::declval<const typename E::Params&>(), std::uint64_t{})),
-           decltype(std::declval<E&>().predict(std::declval<const OdometryIncrement&>())),
-           decltype(std::declval<E&>().set_pose(SE2{}, Eigen::Matrix3d{})),
-           decltype(std::declval<E&>().scatter()), decltype(std::declval<E&>().reset()),
-           decltype(std::declval<E&>().restore(std::declval<const State&>()))>>
+    E, std::void_t<typename E::Params, decltype(E::kName),
+                   decltype(E(std::declval<const typename E::Params&>(), std::uint64_t{})),
+                   decltype(std::declval<E&>().predict(std::declval<const OdometryIncrement&>())),
+                   decltype(std::declval<E&>().set_pose(SE2{}, Eigen::Matrix3d{})),
+                   decltype(std::declval<E&>().scatter()), decltype(std::declval<E&>().reset()),
+                   decltype(std::declval<E&>().restore(std::declval<const State&>()))>>
     : std::bool_constant<
-          std::is_same_v<UpdateResult, decltype(std::declval<E&>().update(
-                                           std::declval<const Sample&>()))> &&
+          std::is_same_v<UpdateResult,
+                         decltype(std::declval<E&>().update(std::declval<const Sample&>()))> &&
           std::is_same_v<Belief, decltype(std::declval<const E&>().belief())> &&
           std::is_same_v<FieldPrediction, decltype(std::declval<const E&>().predict_field(
                                               std::declval<const Eigen::Matrix2Xd&>()))> &&

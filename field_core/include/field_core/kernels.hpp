@@ -1,4 +1,5 @@
-// Stationary covariance functions with one length scale per axis (automatic relevance determination).
+// Stationary covariance functions with one length scale per axis (automatic relevance
+// determination).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// The odometry motion model of Thrun, Burgard, Fox, "Probabilistic Robotics" (2005), tables 5.5 and 5.6.
+// The odometry motion model of Thrun, Burgard, Fox, "Probabilistic Robotics" (2005), tables 5.5
+// and 5.6.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +21,8 @@ struct OdometryNoise {
 };
 
 /// A motion as turn, straight line, turn. The line may be driven backwards (trans < 0), so that
-/// reversing is not taken for two half turns; when the robot turns in place the whole turn is rot_2.
+/// reversing is not taken for two half turns; when the robot turns in place the whole turn is
+/// rot_2.
 struct OdometryMotion {
   double rot1 = 0.0;   ///< [rad]
   double trans = 0.0;  ///< [m], negative when driving backwards

@@ -1,8 +1,9 @@
 // How a parameter struct declares itself.
 //
 // A parameter struct names each of its fields once, in visit(), with range, unit and one line of
-// documentation; the default is the member's initial value. Loading from YAML or rosparam, the strict
-// checks, the commented YAML and the tables of the documentation all come from this one declaration:
+// documentation; the default is the member's initial value. Loading from YAML or rosparam, the
+// strict checks, the commented YAML and the tables of the documentation all come from this one
+// declaration:
 //
 //   struct WidgetParams {
 //     int count = 10;
@@ -25,9 +26,9 @@
 //   numbers(key, std::vector<double>&, Size, Range, unit, doc)   a list
 //   points(key, std::vector<Eigen::Vector2d>&, unit, doc)        a list of [x, y]
 //   choice(key, E&, Choices<E>, doc)                             an enum by name
-//   group(key, Struct&, doc)                                     a nested struct with its own visit()
-//   dictionary(key, std::map<std::string, Struct>&, doc)         nested structs under the user's names
-//   texts(key, std::vector<std::string>&, doc)
+//   group(key, Struct&, doc)                                     a nested struct with its own
+//   visit() dictionary(key, std::map<std::string, Struct>&, doc)         nested structs under the
+//   user's names texts(key, std::vector<std::string>&, doc)
 // Every key may be left out unless `required` says so: v.required("key") before the member call.
 #pragma once
 

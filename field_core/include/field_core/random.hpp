@@ -1,4 +1,5 @@
-// The one source of randomness of an estimator: explicitly seeded, the same numbers on every platform.
+// The one source of randomness of an estimator: explicitly seeded, the same numbers on every
+// platform.
 #pragma once
 
 #include <Eigen/Core>

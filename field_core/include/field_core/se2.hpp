@@ -10,8 +10,8 @@ double wrap_angle(double angle);
 
 /// Pose (x [m], y [m], yaw [rad]) of one frame in another, or the motion between two.
 ///
-/// Tangent vectors are (v_x, v_y, omega) in the body frame; exp and log follow Sola, Deray, Atchuthan,
-/// "A micro Lie theory for state estimation in robotics" (2018), section "SE(2)".
+/// Tangent vectors are (v_x, v_y, omega) in the body frame; exp and log follow Sola, Deray,
+/// Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), section "SE(2)".
 class SE2 {
  public:
   SE2() = default;
@@ -38,7 +38,8 @@ class SE2 {
   /// Maps body tangents of `this` to tangents at the identity: exp(Ad v) * this == this * exp(v).
   Eigen::Matrix3d adjoint() const;
 
-  /// d(x, y, yaw of a * b) / d(x, y, yaw of a), and the same for b: plain coordinates, not tangents.
+  /// d(x, y, yaw of a * b) / d(x, y, yaw of a), and the same for b: plain coordinates, not
+  /// tangents.
   static Eigen::Matrix3d compose_jacobian_first(const SE2& a, const SE2& b);
   static Eigen::Matrix3d compose_jacobian_second(const SE2& a, const SE2& b);
 

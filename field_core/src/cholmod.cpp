@@ -1,0 +1,167 @@
+#include "field_core/cholmod.hpp"
+
+#include <cholmod.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "field_core/errors.hpp"
+
+namespace field_core {
+namespace {
+
+// A view of Eigen's storage as CHOLMOD's lower triangular symmetric matrix; nothing is copied and
+// CHOLMOD does not write to it.
+cholmod_sparse view_of(const Eigen::SparseMatrix<double>& m) {
+  cholmod_sparse view{};
+  view.nrow = view.ncol = static_cast<std::size_t>(m.rows());
+  view.nzmax = static_cast<std::size_t>(m.nonZeros());
+  view.p = const_cast<int*>(m.outerIndexPtr());
+  view.i = const_cast<int*>(m.innerIndexPtr());
+  view.x = const_cast<double*>(m.valuePtr());
+  view.stype = -1;
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = view.packed = 1;
+  return view;
+}
+
+void check_input(const Eigen::SparseMatrix<double>& m) {
+  if (m.rows() != m.cols() || m.rows() == 0) {
+    throw NumericalError("a Cholesky factor needs a square matrix with at least one row, not " +
+                         std::to_string(m.rows()) + " x " + std::to_string(m.cols()));
+  }
+  if (!m.isCompressed()) {
+    throw NumericalError("the sparse matrix is not compressed; call makeCompressed() first");
+  }
+  for (Eigen::Index j = 0; j < m.outerSize(); ++j) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(m, j); it; ++it) {
+      if (!std::isfinite(it.value())) {
+        throw NumericalError("the matrix holds a number that is not finite in column " +
+                             std::to_string(j) + "; check the measurements and their noise");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+struct SparseCholesky::Impl {
+  Impl() {
+    cholmod_start(&common);
+    common.print = 0;
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_AMD;
+    common.postorder = 1;
+    // Simplicial: no BLAS, whose threads could change the last bits. LL^T, because CHOLMOD's LDL^T
+    // accepts negative pivots.
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+    common.final_ll = 1;
+  }
+  ~Impl() {
+    cholmod_free_dense(&solution, &common);
+    cholmod_free_dense(&workspace_y, &common);
+    cholmod_free_dense(&workspace_e, &common);
+    cholmod_free_factor(&factor, &common);
+    cholmod_finish(&common);
+  }
+
+  bool same_pattern(const Eigen::SparseMatrix<double>& m) const {
+    const int* outer = m.outerIndexPtr();
+    const int* inner = m.innerIndexPtr();
+    return factor && this->outer.size() == static_cast<std::size_t>(m.cols()) + 1 &&
+           std::equal(this->outer.begin(), this->outer.end(), outer) &&
+           std::equal(this->inner.begin(), this->inner.end(), inner);
+  }
+
+  void analyse(cholmod_sparse& view, const Eigen::SparseMatrix<double>& m) {
+    cholmod_free_factor(&factor, &common);
+    factor = cholmod_analyze(&view, &common);
+    if (!factor) throw NumericalError("CHOLMOD could not order the matrix: not enough memory");
+    outer.assign(m.outerIndexPtr(), m.outerIndexPtr() + m.cols() + 1);
+    inner.assign(m.innerIndexPtr(), m.innerIndexPtr() + m.nonZeros());
+    ++analyses;
+  }
+
+  void require_factor() const {
+    if (!ready) throw NumericalError("no matrix is factorized; call factorize() first");
+  }
+
+  cholmod_common common;
+  cholmod_factor* factor = nullptr;
+  cholmod_dense *solution = nullptr, *workspace_y = nullptr, *workspace_e = nullptr;
+  std::vector<int> outer, inner;  // the pattern that `factor` was analysed for
+  std::size_t analyses = 0;
+  bool ready = false;
+};
+
+SparseCholesky::SparseCholesky() : impl_(std::make_unique<Impl>()) {}
+SparseCholesky::~SparseCholesky() = default;
+SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
+SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+
+void SparseCholesky::factorize(const Eigen::SparseMatrix<double>& lower) {
+  impl_->ready = false;
+  check_input(lower);
+  cholmod_sparse view = view_of(lower);
+  if (!impl_->same_pattern(lower)) impl_->analyse(view, lower);
+  cholmod_factorize(&view, impl_->factor, &impl_->common);
+  const cholmod_factor& factor = *impl_->factor;
+  if (impl_->common.status == CHOLMOD_NOT_POSDEF || factor.minor < factor.n) {
+    const int column = static_cast<const int*>(factor.Perm)[factor.minor];
+    throw NumericalError(
+        "the " + std::to_string(factor.n) + " x " + std::to_string(factor.n) +
+        " matrix is not positive definite: its pivot in column " + std::to_string(column) +
+        " (counted from 0) is not positive; usually a variable without prior and measurement, two "
+        "equal points, or a noise of 0; give it a prior or raise the noise");
+  }
+  if (impl_->common.status < CHOLMOD_OK) {
+    throw NumericalError("CHOLMOD failed with status " + std::to_string(impl_->common.status) +
+                         " (-2: not enough memory); use a smaller map");
+  }
+  impl_->ready = true;
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs) const {
+  impl_->require_factor();
+  if (rhs.rows() != size()) {
+    throw NumericalError("the right-hand side has " + std::to_string(rhs.rows()) +
+                         " rows, the factorized matrix " + std::to_string(size()));
+  }
+  cholmod_dense view{};
+  view.nrow = static_cast<std::size_t>(rhs.rows());
+  view.ncol = static_cast<std::size_t>(rhs.cols());
+  view.d = static_cast<std::size_t>(rhs.outerStride());
+  view.nzmax = view.d * view.ncol;
+  view.x = const_cast<double*>(rhs.data());
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  Impl& impl = *impl_;
+  if (rhs.cols() == 0) return Eigen::MatrixXd(rhs.rows(), 0);
+  if (!cholmod_solve2(CHOLMOD_A, impl.factor, &view, nullptr, &impl.solution, nullptr,
+                      &impl.workspace_y, &impl.workspace_e, &impl.common)) {
+    throw NumericalError("CHOLMOD could not solve: not enough memory");
+  }
+  return Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(impl.solution->x), rhs.rows(),
+                                           rhs.cols());
+}
+
+double SparseCholesky::log_determinant() const {
+  impl_->require_factor();
+  const auto* start = static_cast<const int*>(impl_->factor->p);
+  const auto* value = static_cast<const double*>(impl_->factor->x);
+  double sum = 0.0;  // the first entry of each column is the diagonal of L
+  for (std::size_t j = 0; j < impl_->factor->n; ++j) sum += std::log(value[start[j]]);
+  return 2.0 * sum;
+}
+
+Eigen::Index SparseCholesky::size() const {
+  return impl_->ready ? static_cast<Eigen::Index>(impl_->factor->n) : 0;
+}
+
+std::size_t SparseCholesky::analyses() const { return impl_->analyses; }
+
+}  // namespace field_core
