@@ -86,8 +86,12 @@ void step_after(benchmark::State& state) {
   for (int i = 0; i < state.range(0); ++i) drive.step(filter);
   for (auto _ : state) drive.step(filter);
 }
-BENCHMARK(step_after)->ArgName("steps")->Arg(0)->Arg(1000)->Arg(10000)->Unit(
-    benchmark::kMillisecond);
+BENCHMARK(step_after)
+    ->ArgName("steps")
+    ->Arg(0)
+    ->Arg(1000)
+    ->Arg(10000)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

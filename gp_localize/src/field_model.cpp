@@ -21,12 +21,12 @@ std::vector<FieldModel> make_field_models(const GpLocalizeParams& params) {
     const double noise_variance = p.noise_stddev * p.noise_stddev;
     try {
       const field_core::Kernel kernel = make_kernel(name, p);
-      models.push_back({{name, p.unit},
-                        p.mean,
-                        noise_variance,
-                        SupportBasis(kernel, select_support(params.support, kernel, noise_variance),
-                                     params.support.jitter,
-                                     params.support.noisy ? noise_variance : 0.0)});
+      models.push_back(
+          {{name, p.unit},
+           p.mean,
+           noise_variance,
+           SupportBasis(kernel, select_support(params.support, kernel, noise_variance),
+                        params.support.jitter, params.support.noisy ? noise_variance : 0.0)});
     } catch (const field_core::NumericalError& error) {
       throw field_core::NumericalError("field '" + name + "': " + error.what());
     }

@@ -1,10 +1,14 @@
-// The hot loops of gp_localize on plain arrays, compiled for several instruction sets (see
-// vector_math.hpp). Callers own all memory; nothing here allocates or throws.
+// The hot loops of gp_localize on plain arrays, compiled for several instruction sets and chosen at
+// run time. Callers own all memory; nothing here allocates or throws.
 #pragma once
 
 #include "field_core/kernels.hpp"
 
 namespace gp_localize {
+
+/// Whether AVX2 versions are used where the processor has them (the default); returns what is used
+/// from now on. For tests and benchmarks.
+bool use_wide_vectors(bool wanted);
 
 struct WhitenedSupport {
   field_core::KernelType kernel;
@@ -15,7 +19,8 @@ struct WhitenedSupport {
   const double* whitening;  // m x m, row-major, lower triangular
 };
 
-/// features (m x n, row-major) = whitening * k(support, points); points: pairs `stride` numbers apart.
+/// features (m x n, row-major) = whitening * k(support, points); points: pairs `stride` numbers
+/// apart.
 void whitened_features(const WhitenedSupport& basis, int n, const double* points, int stride,
                        double* features);
 
@@ -40,23 +45,24 @@ struct HypothesisPanels {
   T* open_x;       // panels x slice_size x kPanel: place / length scale; likewise open_y
   T* open_y;
   T* open_gain;    // panels x slice_size x m x kPanel: phi - A phi
-  T* open_factor;  // panels x slice_size x slice_size x kPanel: rows of F~, 1 / F~_ii on the diagonal
+  T* open_factor;  // panels x slice_size x slice_size x kPanel: rows of F~, 1 / F~_ii on the
+                   // diagonal
   T* open_value;   // panels x slice_size x kPanel: F~^-1 (z - mu~)
 };
 
 /// Particles (or any places) to be held against the hypotheses of one field.
 template <class T>
 struct ParticleBatch {
-  int count;           // P
-  int stride;          // between rows of features
-  const T* features;   // m x P: phi
-  const T* residual;   // P: sigma_xx|S + noise of the measurement
-  const T* x;          // P: place / length scale; likewise y
+  int count;          // P
+  int stride;         // between rows of features
+  const T* features;  // m x P: phi
+  const T* residual;  // P: sigma_xx|S + noise of the measurement
+  const T* x;         // P: place / length scale; likewise y
   const T* y;
-  T value;             // measurement minus prior mean
-  T* log_density;      // P x panels x kPanel: log N(value; ...) + log(2 pi) / 2 is ADDED; may be null
-  T* moments;          // P x 2: sums over hypotheses of mean and of variance + mean^2, WRITTEN
-  T* scratch;          // scratch_size(m) numbers
+  T value;         // measurement minus prior mean
+  T* log_density;  // P x panels x kPanel: log N(value; ...) + log(2 pi) / 2 is ADDED; may be null
+  T* moments;      // P x 2: sums over hypotheses of mean and of variance + mean^2, WRITTEN
+  T* scratch;      // scratch_size(m) numbers
 };
 
 int scratch_size(int support);

@@ -8,7 +8,8 @@ namespace gp_localize {
 std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
                                          const std::vector<FieldModel>& fields) {
   if (params.map_hypotheses != MapHypotheses::sample_paths) {
-    throw field_core::ParameterError("map_hypotheses", "'particle' is not offered yet; use sample_paths");
+    throw field_core::ParameterError("map_hypotheses",
+                                     "'particle' is not offered yet; use sample_paths");
   }
   GpLocalizeParams p = params;
   if (params.observation_model == ObservationModelType::fitc) {

@@ -10,8 +10,9 @@ using field_core::ParameterError;
 
 void SupportParams::validate() const {
   if (!(region[0] < region[2] && region[1] < region[3])) {
-    throw ParameterError("support/region",
-                         "must be [x_min, y_min, x_max, y_max] with x_min < x_max and y_min < y_max");
+    throw ParameterError(
+        "support/region",
+        "must be [x_min, y_min, x_max, y_max] with x_min < x_max and y_min < y_max");
   }
   if (selection == SupportSelection::explicit_points && points.empty()) {
     throw ParameterError("support/points",

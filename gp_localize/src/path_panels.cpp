@@ -16,8 +16,8 @@ class Panels final : public PathPanels {
     const std::size_t panels = (paths + kPanel<T> - 1) / kPanel<T>;
     const std::size_t lanes = panels * kPanel<T>;
     const std::size_t slots = lanes * slice_size;
-    const std::size_t sizes[] = {lanes * m * (m + 1) / 2, lanes * m, slots, slots,
-                                 slots * m, slots * slice_size, slots};
+    const std::size_t sizes[] = {lanes * m * (m + 1) / 2, lanes * m, slots, slots, slots * m,
+                                 slots * slice_size,      slots};
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
     memory_.assign(total, T(0));
@@ -25,8 +25,20 @@ class Panels final : public PathPanels {
     T* next = memory_.data();
     for (int i = 0; i < 7; next += sizes[i], ++i) at[i] = next;
     const auto& kernel = basis.kernel();
-    p_ = {kernel.type(), static_cast<T>(kernel.signal_variance()), m, 0, slice_size, paths,
-          static_cast<int>(panels), at[0], at[1], at[2], at[3], at[4], at[5], at[6]};
+    p_ = {kernel.type(),
+          static_cast<T>(kernel.signal_variance()),
+          m,
+          0,
+          slice_size,
+          paths,
+          static_cast<int>(panels),
+          at[0],
+          at[1],
+          at[2],
+          at[3],
+          at[4],
+          at[5],
+          at[6]};
     scratch_.resize(scratch_size(m));
     path_features_.resize(m * lanes);
     path_x_.resize(lanes);
@@ -87,9 +99,9 @@ class Panels final : public PathPanels {
       residual_[p] = static_cast<T>(std::max(0.0, prior - explained) + noise_variance);
     }
     T* sums = total ? static_cast<Panels*>(total)->log_densities_.data() : nullptr;
-    add_log_densities(p_, ParticleBatch<T>{n, n, features_.data(), residual_.data(), x_.data(),
-                                           y_.data(), static_cast<T>(value), sums, moments_.data(),
-                                           scratch_.data()});
+    add_log_densities(
+        p_, ParticleBatch<T>{n, n, features_.data(), residual_.data(), x_.data(), y_.data(),
+                             static_cast<T>(value), sums, moments_.data(), scratch_.data()});
     moments.resize(2, n);
     for (int i = 0; i < 2 * n; ++i) moments.data()[i] = moments_[i] / double(p_.hypotheses);
   }

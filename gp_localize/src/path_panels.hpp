@@ -27,8 +27,8 @@ class PathPanels {
   /// Adds this field's log density of `value` for all particles x paths to the sums of `total`.
   /// @param moments 2 x P: per particle, mean and mean square of the paths' predictions
   virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
-                   const Features& features, double value, double noise_variance,
-                   PathPanels* total, Eigen::Matrix2Xd& moments) = 0;
+                   const Features& features, double value, double noise_variance, PathPanels* total,
+                   Eigen::Matrix2Xd& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 };

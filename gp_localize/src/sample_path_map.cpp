@@ -15,8 +15,8 @@ SamplePathMap::SamplePathMap(const GpLocalizeParams& params, const std::vector<F
                                                                             : Recent::ignored),
       poses_(params.sample_paths) {
   for (const FieldModel& field : fields_) {
-    panels_.push_back(make_path_panels(field.basis, params.sample_paths, slice_size_, recent_,
-                                       params.precision));
+    panels_.push_back(
+        make_path_panels(field.basis, params.sample_paths, slice_size_, recent_, params.precision));
   }
 }
 
@@ -119,7 +119,8 @@ void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Rando
     while (u >= cumulative && from + 1 < weights_.size()) cumulative += weights_[++from];
     drawn_[c] = static_cast<int>(from);
   }
-  for (std::size_t c = drawn_.size() - 1; c > 0; --c) std::swap(drawn_[c], drawn_[random.index(c + 1)]);
+  for (std::size_t c = drawn_.size() - 1; c > 0; --c)
+    std::swap(drawn_[c], drawn_[random.index(c + 1)]);
   for (std::size_t c = 0; c < poses_.size(); ++c) poses_[c] = particles[drawn_[c]].pose;
 }
 

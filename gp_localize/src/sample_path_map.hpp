@@ -1,5 +1,5 @@
-// The paper's map: C sample paths drawn from the motion model, one online sparse Gaussian process per
-// path and field, shared by all particles (eq. 8-9, remark 3 after theorem 1).
+// The paper's map: C sample paths drawn from the motion model, one online sparse Gaussian process
+// per path and field, shared by all particles (eq. 8-9, remark 3 after theorem 1).
 #pragma once
 
 #include <memory>

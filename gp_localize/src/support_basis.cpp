@@ -47,11 +47,11 @@ SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix
 void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
                             Features& features) const {
   features.resize(size(), points.cols());
-  whitened_features({kernel_.type(), kernel_.signal_variance(), kernel_.length_scales().x(),
-                     kernel_.length_scales().y(), static_cast<int>(size()), support_.data(),
-                     whitening_.data()},
-                    static_cast<int>(points.cols()), points.data(),
-                    static_cast<int>(points.outerStride()), features.data());
+  whitened_features(
+      {kernel_.type(), kernel_.signal_variance(), kernel_.length_scales().x(),
+       kernel_.length_scales().y(), static_cast<int>(size()), support_.data(), whitening_.data()},
+      static_cast<int>(points.cols()), points.data(), static_cast<int>(points.outerStride()),
+      features.data());
 }
 
 }  // namespace gp_localize

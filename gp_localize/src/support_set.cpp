@@ -66,8 +66,8 @@ Eigen::Matrix2Xd farthest_point(const std::vector<double>& r, int size) {
   return pick(all, chosen);
 }
 
-/// Greedy choice of argmax var(y | chosen) / var(y | all others): each ratio from one covariance that
-/// is conditioned step by step, and from the precision of the places not chosen yet.
+/// Greedy choice of argmax var(y | chosen) / var(y | all others): each ratio from one covariance
+/// that is conditioned step by step, and from the precision of the places not chosen yet.
 Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
                                     const field_core::Kernel& kernel, double noise_variance) {
   const Eigen::Matrix2Xd all = candidates(r);

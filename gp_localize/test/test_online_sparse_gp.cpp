@@ -174,11 +174,11 @@ TEST_P(OnlineSparseGpTest, StaysPositiveDefiniteOverALongRun) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a).eigenvalues().minCoeff(), 0.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    KernelsAndSupports, OnlineSparseGpTest,
-    ::testing::Combine(::testing::Values(KernelType::squared_exponential, KernelType::matern32,
-                                         KernelType::matern52),
-                       ::testing::Bool()));
+INSTANTIATE_TEST_SUITE_P(KernelsAndSupports, OnlineSparseGpTest,
+                         ::testing::Combine(::testing::Values(KernelType::squared_exponential,
+                                                              KernelType::matern32,
+                                                              KernelType::matern52),
+                                            ::testing::Bool()));
 
 TEST(SupportBasisTest, WhitenedFeaturesGiveGamma) {
   const Kernel kernel(KernelType::squared_exponential, 2.0, {1.0, 3.0});

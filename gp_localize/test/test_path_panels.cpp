@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include "../src/path_panels.hpp"
 #include "field_core/random.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
-#include "../src/path_panels.hpp"
 
 using namespace gp_localize;
 using field_core::KernelType;
@@ -67,7 +67,8 @@ TEST_P(PathPanelsTest, EqualsThePlainEvaluationOfEveryPair) {
       for (int c = 0; c < kPaths; ++c) {
         maps[c].evaluate(basis, x.col(p), phi.data() + p, kParticles, at);
         const double v = at.variance + kLikelihoodNoise;
-        density += std::exp(-0.5 * (value - at.mean) * (value - at.mean) / v) / std::sqrt(v) / kPaths;
+        density +=
+            std::exp(-0.5 * (value - at.mean) * (value - at.mean) / v) / std::sqrt(v) / kPaths;
         mean += at.mean / kPaths;
         square += (v + at.mean * at.mean) / kPaths;
       }
@@ -94,9 +95,11 @@ INSTANTIATE_TEST_SUITE_P(
         Setting{KernelType::squared_exponential, Recent::used, Precision::double_precision, 1e-10},
         Setting{KernelType::matern32, Recent::used, Precision::double_precision, 1e-10},
         Setting{KernelType::matern52, Recent::used, Precision::double_precision, 1e-10},
-        Setting{KernelType::squared_exponential, Recent::ignored, Precision::double_precision, 1e-10},
+        Setting{KernelType::squared_exponential, Recent::ignored, Precision::double_precision,
+                1e-10},
         Setting{KernelType::squared_exponential, Recent::used, Precision::single_precision, 1e-4},
         Setting{KernelType::matern32, Recent::used, Precision::single_precision, 1e-4},
-        Setting{KernelType::squared_exponential, Recent::ignored, Precision::single_precision, 1e-4}));
+        Setting{KernelType::squared_exponential, Recent::ignored, Precision::single_precision,
+                1e-4}));
 
 }  // namespace

@@ -1,5 +1,5 @@
-// GP-Localize (Xu, Low, Chen, Lim, Ozgul, AAAI 2014): Monte Carlo localization by scalar fields whose
-// maps, Gaussian processes, are learned during the run.
+// GP-Localize (Xu, Low, Chen, Lim, Ozgul, AAAI 2014): Monte Carlo localization by scalar fields
+// whose maps, Gaussian processes, are learned during the run.
 //
 // Each measurement weighs the particles by eq. (9), the mean over C hypotheses of the robot's past
 // path of the density that the online sparse Gaussian process along that path predicts (eq. 10-13);
@@ -18,8 +18,8 @@
 
 namespace gp_localize {
 
-/// Meets the requirements of field_core/estimator.hpp. Per update O(P C m^2) for P particles, C sample
-/// paths and m support points, whatever came before; memory O(C m^2).
+/// Meets the requirements of field_core/estimator.hpp. Per update O(P C m^2) for P particles, C
+/// sample paths and m support points, whatever came before; memory O(C m^2).
 class GpLocalize {
  public:
   using Params = GpLocalizeParams;
@@ -29,8 +29,8 @@ class GpLocalize {
   GpLocalize(const Params& params, std::uint64_t seed);
 
   void predict(const field_core::OdometryIncrement& increment);
-  /// Skips: "no known field", "not moved enough" (update_min_d, update_min_a), "no particle explains
-  /// the measurement".
+  /// Skips: "no known field", "not moved enough" (update_min_d, update_min_a), "no particle
+  /// explains the measurement".
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
@@ -62,7 +62,8 @@ class GpLocalize {
   std::unique_ptr<MapModel> map_;
   ParticleSet particles_;
   field_core::Stamp stamp_{0};
-  bool updated_ = false;  // since the start: the first measurement is used wherever the robot stands
+  bool updated_ =
+      false;  // since the start: the first measurement is used wherever the robot stands
   double moved_distance_ = 0.0, moved_angle_ = 0.0;  // since the last update
   field_core::SE2 mean_;
   Eigen::Matrix3d covariance_;

@@ -1,5 +1,5 @@
-// What the filter needs of a map that is learned while localizing: one interface, one implementation
-// per answer to the question "which paths were the measurements taken on?".
+// What the filter needs of a map that is learned while localizing: one interface, one
+// implementation per answer to the question "which paths were the measurements taken on?".
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,8 @@ namespace gp_localize {
 /// The filter's particles; weights sum to 1.
 using ParticleSet = std::vector<field_core::WeightedPose>;
 
-/// Predictive moments of each observation of a step over particles and hypotheses, before the update.
+/// Predictive moments of each observation of a step over particles and hypotheses, before the
+/// update.
 struct Innovation {
   std::vector<double> mean;
   std::vector<double> variance;  ///< with the likelihood's noise

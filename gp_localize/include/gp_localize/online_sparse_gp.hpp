@@ -1,16 +1,18 @@
 // The online sparse Gaussian process of one field along one path (Xu et al. 2014, section 3.1).
 //
 // Notation as in support_basis.hpp: phi(x) whitened features, sigma_xx'|S the covariance that the
-// support leaves open, u ~ N(0, I) the whitened support values, sigma_n^2 the noise of a measurement.
-// The paper's slice n is the set of measurements D_n; PITC takes slices as independent given u.
+// support leaves open, u ~ N(0, I) the whitened support values, sigma_n^2 the noise of a
+// measurement. The paper's slice n is the set of measurements D_n; PITC takes slices as independent
+// given u.
 //
 // Within a slice, let F F^T = Sigma_{D'D'|S} + noise grow by one row per measurement. Measurement i
 // then says y_i = v_i^T u + e_i with independent e_i ~ N(0, 1), where
 //   f = first i-1 entries of row i of F,  F_ii^2 = sigma_ii|S + sigma_n^2 - |f|^2
 //   v_i = (phi_i - sum_j f_j v_j) / F_ii,  y_i = (z_i - mu_i - sum_j f_j y_j) / F_ii
-// since sum_i v_i v_i^T = Phi' (Sigma_{D'D'|S} + noise)^-1 Phi'^T is the slice summary of definition 1
-// in whitened coordinates, A = (I + sum v v^T)^-1 = L^T (Sigma_SS^N)^-1 L and m = A sum v y carry
-// definition 2, and each measurement is one rank-one update of both (no spike when a slice ends).
+// since sum_i v_i v_i^T = Phi' (Sigma_{D'D'|S} + noise)^-1 Phi'^T is the slice summary of
+// definition 1 in whitened coordinates, A = (I + sum v v^T)^-1 = L^T (Sigma_SS^N)^-1 L and m = A
+// sum v y carry definition 2, and each measurement is one rank-one update of both (no spike when a
+// slice ends).
 //
 // A prediction at x knows the open slice directly, not only through u (eq. 12-13, the PIC block of
 // Snelson 2007): with w = F^-1 Sigma_{D'x|S} and p = phi - sum_j w_j v_j,
@@ -33,8 +35,8 @@ class OnlineSparseGp {
  public:
   /// Working memory for evaluate(), to be reused between calls and objects.
   struct Evaluation {
-    double mean = 0.0;      ///< of the field minus its prior mean
-    double variance = 0.0;  ///< of the noise-free field
+    double mean = 0.0;                ///< of the field minus its prior mean
+    double variance = 0.0;            ///< of the noise-free field
     double unexplained = 0.0;         ///< sigma_xx|S - |w|^2
     std::vector<double> covariances;  ///< w
     std::vector<double> features;     ///< p
@@ -47,12 +49,13 @@ class OnlineSparseGp {
   void evaluate(const SupportBasis& basis, const Eigen::Vector2d& point, const double* phi,
                 Eigen::Index stride, Evaluation& at) const;
 
-  /// Adds a measurement where `at` was evaluated; `value` is z minus the prior mean. The slice closes
-  /// by itself with the measurement that fills it. `at` is used up. O(m^2).
-  void append(const Eigen::Vector2d& point, const double* phi, Eigen::Index stride,
-              Evaluation& at, double value, double noise_variance);
+  /// Adds a measurement where `at` was evaluated; `value` is z minus the prior mean. The slice
+  /// closes by itself with the measurement that fills it. `at` is used up. O(m^2).
+  void append(const Eigen::Vector2d& point, const double* phi, Eigen::Index stride, Evaluation& at,
+              double value, double noise_variance);
 
-  /// Closes the slice before it is full: later measurements are independent of it given u (remark 2).
+  /// Closes the slice before it is full: later measurements are independent of it given u (remark
+  /// 2).
   void end_slice();
 
   int open() const { return open_; }

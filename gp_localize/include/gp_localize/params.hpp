@@ -33,12 +33,14 @@ struct FieldParams {
              "covariance function of the field");
     v.required("mean").number("mean", mean, field_core::any_number(), "field unit",
                               "value far from any measurement");
-    v.required("signal_stddev").number("signal_stddev", signal_stddev, positive(), "field unit",
-                                       "how much the field varies over the area");
-    v.required("noise_stddev").number("noise_stddev", noise_stddev, positive(), "field unit",
-                                      "noise of one measurement");
-    v.required("length_scales").numbers("length_scales", length_scales, {2, 2}, positive(), "m",
-                                        "distance over which the field changes, along x and y");
+    v.required("signal_stddev")
+        .number("signal_stddev", signal_stddev, positive(), "field unit",
+                "how much the field varies over the area");
+    v.required("noise_stddev")
+        .number("noise_stddev", noise_stddev, positive(), "field unit", "noise of one measurement");
+    v.required("length_scales")
+        .numbers("length_scales", length_scales, {2, 2}, positive(), "m",
+                 "distance over which the field changes, along x and y");
   }
 };
 
@@ -76,9 +78,10 @@ struct SupportParams {
     v.numbers("region", region, {4, 4}, field_core::any_number(), "m",
               "x_min, y_min, x_max, y_max of the area where the robot may be, in the map frame");
     v.points("points", points, "m", "the support points for selection: explicit");
-    v.flag("noisy", noisy,
-           "true: support values carry measurement noise, as the paper prints it; false: noise-free "
-           "(Quinonero-Candela and Rasmussen 2005)");
+    v.flag(
+        "noisy", noisy,
+        "true: support values carry measurement noise, as the paper prints it; false: noise-free "
+        "(Quinonero-Candela and Rasmussen 2005)");
     v.number("jitter", jitter, {0.0, 1e-2}, "1",
              "added to the diagonal of the support covariance, as a share of the signal variance");
   }
@@ -108,10 +111,12 @@ struct GpLocalizeParams {
     using field_core::non_negative;
     v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
     v.number("particles", particles, {1, 100000}, "1", "particles of the filter");
-    v.choice("map_hypotheses", map_hypotheses,
-             {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
-             "sample_paths: the paper's shared sample paths (eq. 9); particle: one map per particle");
-    v.number("sample_paths", sample_paths, {1, 10000}, "1", "the paper's C: sample paths of eq. (9)");
+    v.choice(
+        "map_hypotheses", map_hypotheses,
+        {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
+        "sample_paths: the paper's shared sample paths (eq. 9); particle: one map per particle");
+    v.number("sample_paths", sample_paths, {1, 10000}, "1",
+             "the paper's C: sample paths of eq. (9)");
     v.number("slice_size", slice_size, {1, 100}, "1", "the paper's tau: measurements per slice");
     v.choice("observation_model", observation_model,
              {{"online_pitc", ObservationModelType::online_pitc},
@@ -125,9 +130,10 @@ struct GpLocalizeParams {
              "paper's baselines");
     v.flag("redraw_sample_paths", redraw_sample_paths,
            "remark 3: once per slice the sample paths continue from poses drawn from the belief");
-    v.number("likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
-             "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
-             "the model");
+    v.number(
+        "likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
+        "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
+        "the model");
     v.number("resample_threshold", resample_threshold, {0.0, 1.0}, "1",
              "resample when the effective sample size falls below this share of the particles");
     v.choice("precision", precision,
@@ -148,7 +154,8 @@ struct GpLocalizeParams {
     v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
              "variance of the start; 0: exactly known");
     v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
-    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2", "variance of the start yaw");
+    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2",
+             "variance of the start yaw");
     v.number("update_min_d", update_min_d, non_negative(), "m",
              "a measurement is used once the robot has moved this far; 0: every measurement");
     v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");

@@ -13,7 +13,8 @@ bool normalize_log_weights(std::vector<double>& log_weights);
 double effective_sample_size(const std::vector<double>& weights);
 
 /// Low-variance sampling (Probabilistic Robotics, table 4.4): ancestors[i] is the particle that the
-/// i-th new one copies, not decreasing; each particle with weight w gets floor or ceil of n w copies.
+/// i-th new one copies, not decreasing; each particle with weight w gets floor or ceil of n w
+/// copies.
 /// @param offset uniform in [0, 1)
 void low_variance_resample(const std::vector<double>& weights, double offset,
                            std::vector<int>& ancestors);

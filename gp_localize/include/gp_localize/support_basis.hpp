@@ -1,8 +1,8 @@
 // The sparse Gaussian process of one field seen from its support points, in whitened coordinates.
 //
 // Notation: S support points (m of them), L L^T = Sigma_SS, phi(x) = L^-1 Sigma_Sx. Then
-//   Sigma_xS Sigma_SS^-1 Sigma_Sx' = phi(x)^T phi(x')   (Gamma of Quinonero-Candela and Rasmussen 2005)
-//   sigma_xx'|S = k(x, x') - phi(x)^T phi(x')           (what the support cannot explain)
+//   Sigma_xS Sigma_SS^-1 Sigma_Sx' = phi(x)^T phi(x')   (Gamma of Quinonero-Candela and Rasmussen
+//   2005) sigma_xx'|S = k(x, x') - phi(x)^T phi(x')           (what the support cannot explain)
 // and the values at the support are L u with u ~ N(0, I) before any measurement.
 #pragma once
 
@@ -19,7 +19,8 @@ class SupportBasis {
  public:
   /// @param support 2 x m, map frame [m]
   /// @param jitter share of the signal variance added to the diagonal of Sigma_SS
-  /// @param noise_variance 0: latent support; the field's noise variance: support as the paper prints it
+  /// @param noise_variance 0: latent support; the field's noise variance: support as the paper
+  /// prints it
   /// @throws NumericalError naming the two support points that coincide, or saying that Sigma_SS is
   ///         singular, with the remedy
   SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support, double jitter,
