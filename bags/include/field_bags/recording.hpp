@@ -1,0 +1,29 @@
+// A robot's run as plain data: what the programs of this package read or simulate, and write to a
+// bag.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "field_core/se2.hpp"
+#include "field_core/stamp.hpp"
+#include "field_core/trajectory.hpp"
+
+namespace field_bags {
+
+/// Readings of all fields at one time, in the order of Recording::fields; NaN: not observed.
+struct FieldRow {
+  field_core::Stamp stamp{0};
+  std::vector<double> values;
+};
+
+struct Recording {
+  field_core::Trajectory odometry;  ///< base_link in odom, accumulated
+  std::vector<std::string> fields;
+  std::vector<FieldRow> measurements;  ///< at least one finite value per row
+  field_core::Trajectory truth;        ///< base_link in map; may be empty
+  std::string sensor_frame = "base_link";
+  field_core::SE2 sensor_in_base;  ///< published on /tf_static unless sensor_frame is base_link
+};
+
+}  // namespace field_bags
