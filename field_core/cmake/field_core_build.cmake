@@ -9,6 +9,11 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 # Shared, as catkin builds: a library then brings what it links privately (CHOLMOD) to its users.
 option(BUILD_SHARED_LIBS "Build shared libraries" ON)
+# ROS's CMake scripts (rosbag finds pluginlib, that finds ament) run Python modules that Debian installs
+# for its own interpreter; CMake would prefer a pyenv that comes first on PATH.
+if(NOT DEFINED Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Python of the ROS packages")
+endif()
 set(FIELD_WARNINGS -Wall -Wextra -Wno-psabi)
 
 # Where things are installed: catkin's places, or plain CMake's.
@@ -55,6 +60,8 @@ macro(field_program name)
   field_install_places()
   add_executable(${name} ${ARGN})
   target_compile_options(${name} PRIVATE ${FIELD_WARNINGS})
+  # Finds the suite's libraries, one folder up, even when setup.bash was not sourced.
+  set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS ${name} RUNTIME DESTINATION ${_bin})
 endmacro()
 
