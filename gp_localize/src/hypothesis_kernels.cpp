@@ -138,13 +138,11 @@ struct Kernels {
                                             const ParticleBatch<T>& batch, int panel, int first,
                                             const Vector (&mean)[kRows][kParts],
                                             const Vector (&variance)[kRows][kParts]) {
-    alignas(64) T mask[kWidth];
-    for (int l = 0; l < kWidth; ++l) mask[l] = panel * kWidth + l < b.hypotheses ? T(1) : T(0);
     for (int r = 0; r < kRows && first + r < batch.count; ++r) {
       Vector means{}, squares{};
       for (int h = 0; h < kParts; ++h) {
         const Vector v = variance[r][h], m = mean[r][h];
-        const Vector counted = M::load(mask + h * kLanes);
+        const Vector counted = M::load(b.weight + panel * kWidth + h * kLanes);
         means += counted * m;
         squares += counted * (v + m * m);
         if (!batch.log_density) continue;

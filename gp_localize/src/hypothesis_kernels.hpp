@@ -48,6 +48,7 @@ struct HypothesisPanels {
   T* open_factor;  // panels x slice_size x slice_size x kPanel: rows of F~, 1 / F~_ii on the
                    // diagonal
   T* open_value;   // panels x slice_size x kPanel: F~^-1 (z - mu~)
+  T* weight;       // panels x kPanel: of each hypothesis in the moments; 0 beyond C
 };
 
 /// Particles (or any places) to be held against the hypotheses of one field.
@@ -61,7 +62,7 @@ struct ParticleBatch {
   const T* y;
   T value;         // measurement minus prior mean
   T* log_density;  // P x panels x kPanel: log N(value; ...) + log(2 pi) / 2 is ADDED; may be null
-  T* moments;      // P x 2: sums over hypotheses of mean and of variance + mean^2, WRITTEN
+  T* moments;      // P x 2: weighted sums over hypotheses of mean and of variance + mean^2, WRITTEN
   T* scratch;      // scratch_size(m) numbers
 };
 

@@ -1,16 +1,13 @@
 #include "gp_localize/map_model.hpp"
 
 #include "field_core/errors.hpp"
+#include "particle_map.hpp"
 #include "sample_path_map.hpp"
 
 namespace gp_localize {
 
 std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
                                          const std::vector<FieldModel>& fields) {
-  if (params.map_hypotheses != MapHypotheses::sample_paths) {
-    throw field_core::ParameterError("map_hypotheses",
-                                     "'particle' is not offered yet; use sample_paths");
-  }
   GpLocalizeParams p = params;
   if (params.observation_model == ObservationModelType::fitc) {
     p.observation_model = ObservationModelType::online_pitc;
@@ -20,6 +17,7 @@ std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
     throw field_core::ParameterError(
         "observation_model", "not offered yet; use online_pitc, online_pitc_assimilated or fitc");
   }
+  if (p.map_hypotheses == MapHypotheses::particle) return std::make_unique<ParticleMap>(p, fields);
   return std::make_unique<SamplePathMap>(p, fields);
 }
 

@@ -116,6 +116,22 @@ void OnlineSparseGp::end_slice() {
   open_ = 0;
 }
 
+/// The inverse of assimilate(), newest row first: with g = A v of the A that has the row in it,
+/// A_before = A + g g^T / (1 - v^T g) and m_before = m - g (y - v^T m) / (1 - v^T g).
+void OnlineSparseGp::closed_summary(double* out) const {
+  std::copy(data_.begin(), data_.begin() + summary_size(m_), out);
+  if (recent_ == Recent::ignored) return;
+  std::vector<double> gain(m_);
+  double* m = out + packed();
+  for (int i = open_ - 1; i >= 0; --i) {
+    const double* v = row(i) + kRowHead;
+    symmetric_multiply(out, m_, v, gain.data());
+    const double rest = 1.0 - dot(v, gain.data(), m_);
+    subtract_multiple((row(i)[2] - dot(v, m, m_)) / rest, gain.data(), m_, m);
+    symmetric_downdate(out, m_, -1.0 / rest, gain.data());
+  }
+}
+
 std::vector<double> OnlineSparseGp::numbers() const {
   std::vector<double> all(data_);
   all.push_back(open_);

@@ -16,14 +16,14 @@ class Panels final : public PathPanels {
     const std::size_t panels = (paths + kPanel<T> - 1) / kPanel<T>;
     const std::size_t lanes = panels * kPanel<T>;
     const std::size_t slots = lanes * slice_size;
-    const std::size_t sizes[] = {lanes * m * (m + 1) / 2, lanes * m, slots, slots, slots * m,
-                                 slots * slice_size,      slots};
+    const std::size_t sizes[kArrays] = {lanes * m * (m + 1) / 2, lanes * m, slots, slots, slots * m,
+                                        slots * slice_size,      slots,     lanes};
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
     memory_.assign(total, T(0));
-    T* at[7];
+    T* at[kArrays];
     T* next = memory_.data();
-    for (int i = 0; i < 7; next += sizes[i], ++i) at[i] = next;
+    for (int i = 0; i < kArrays; next += sizes[i], ++i) at[i] = next;
     const auto& kernel = basis.kernel();
     p_ = {kernel.type(),
           static_cast<T>(kernel.signal_variance()),
@@ -38,7 +38,9 @@ class Panels final : public PathPanels {
           at[3],
           at[4],
           at[5],
-          at[6]};
+          at[6],
+          at[7]};
+    std::fill(p_.weight, p_.weight + paths, T(1) / static_cast<T>(paths));
     scratch_.resize(scratch_size(m));
     path_features_.resize(m * lanes);
     path_x_.resize(lanes);
@@ -76,6 +78,11 @@ class Panels final : public PathPanels {
                                      static_cast<T>(value), static_cast<T>(noise_variance)});
   }
 
+  void weight(const std::vector<double>& weights) override {
+    std::transform(weights.begin(), weights.end(), p_.weight,
+                   [](double w) { return static_cast<T>(w); });
+  }
+
   void begin(int particles) override {
     count_ = particles;
     log_densities_.assign(static_cast<std::size_t>(particles) * p_.panels * kPanel<T>, T(0));
@@ -103,7 +110,7 @@ class Panels final : public PathPanels {
         p_, ParticleBatch<T>{n, n, features_.data(), residual_.data(), x_.data(), y_.data(),
                              static_cast<T>(value), sums, moments_.data(), scratch_.data()});
     moments.resize(2, n);
-    for (int i = 0; i < 2 * n; ++i) moments.data()[i] = moments_[i] / double(p_.hypotheses);
+    for (int i = 0; i < 2 * n; ++i) moments.data()[i] = moments_[i];
   }
 
   void log_mean(std::vector<double>& out) const override {
@@ -112,6 +119,8 @@ class Panels final : public PathPanels {
   }
 
  private:
+  static constexpr int kArrays = 8;
+
   /// In length scales from a point of the support: numbers small enough for single precision.
   static void place(const SupportBasis& basis, const Eigen::Matrix2Xd& places, int i, T& x, T& y) {
     const Eigen::Vector2d s =
@@ -130,6 +139,20 @@ class Panels final : public PathPanels {
 };
 
 }  // namespace
+
+void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
+                         PathPanels& panels) {
+  Eigen::Matrix2Xd places(2, maps.size());
+  Features features(basis.size(), static_cast<Eigen::Index>(maps.size()));
+  const OnlineSparseGp& any = *maps.front();
+  for (int i = 0; i < any.open(); ++i) {
+    for (std::size_t c = 0; c < maps.size(); ++c) {
+      places.col(c) = maps[c]->open_point(i);
+      features.col(c) = Eigen::Map<const Eigen::VectorXd>(maps[c]->open_features(i), basis.size());
+    }
+    panels.extend(basis, places, features, any.open_value(i), any.open_noise(i));
+  }
+}
 
 std::unique_ptr<PathPanels> make_path_panels(const SupportBasis& basis, int paths, int slice_size,
                                              Recent recent, Precision precision) {

@@ -22,16 +22,23 @@ class PathPanels {
   /// Recent::ignored this changes nothing until the slice is closed.
   virtual void extend(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
                       const Features& features, double value, double noise_variance) = 0;
+  /// Weights of the paths in the moments, summing to 1; all equal unless said.
+  virtual void weight(const std::vector<double>& weights) = 0;
   /// Makes room for and clears the sums of log densities of `particles` particles.
   virtual void begin(int particles) = 0;
   /// Adds this field's log density of `value` for all particles x paths to the sums of `total`.
-  /// @param moments 2 x P: per particle, mean and mean square of the paths' predictions
+  /// @param moments 2 x P: per particle, weighted mean and mean square of the paths'
+  ///                predictions
   virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
                    const Features& features, double value, double noise_variance, PathPanels* total,
                    Eigen::Matrix2Xd& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 };
+
+/// Appends the open slices that maps have in common in number, oldest row first.
+void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
+                         PathPanels& panels);
 
 std::unique_ptr<PathPanels> make_path_panels(const SupportBasis& basis, int paths, int slice_size,
                                              Recent recent, Precision precision);

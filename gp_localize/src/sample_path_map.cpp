@@ -126,18 +126,9 @@ void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Rando
 
 void SamplePathMap::fill_panels(int field, PathPanels& panels) const {
   panels.assimilate(closed_[field]);
-  if (recent_ == Recent::ignored) return;
-  const SupportBasis& basis = fields_[field].basis;
-  const std::vector<OnlineSparseGp>& maps = maps_[field];
-  Eigen::Matrix2Xd places(2, maps.size());
-  Features features(basis.size(), static_cast<Eigen::Index>(maps.size()));
-  for (int i = 0; i < maps.front().open(); ++i) {
-    for (std::size_t c = 0; c < maps.size(); ++c) {
-      places.col(c) = maps[c].open_point(i);
-      features.col(c) = Eigen::Map<const Eigen::VectorXd>(maps[c].open_features(i), basis.size());
-    }
-    panels.extend(basis, places, features, maps.front().open_value(i), maps.front().open_noise(i));
-  }
+  std::vector<const OnlineSparseGp*> maps;
+  for (const OnlineSparseGp& map : maps_[field]) maps.push_back(&map);
+  extend_by_open_rows(fields_[field].basis, maps, panels);
 }
 
 void SamplePathMap::predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet&,

@@ -68,6 +68,8 @@ class OnlineSparseGp {
   const double* mean() const { return data_.data() + packed(); }
   /// A followed by m in one piece.
   const double* summary() const { return data_.data(); }
+  /// The same with the open slice taken out again: summary_size(m) numbers. O(open m^2).
+  void closed_summary(double* out) const;
   static int summary_size(int support_size) { return support_size * (support_size + 3) / 2; }
   /// The open slice, oldest first.
   Eigen::Vector2d open_point(int i) const { return {row(i)[0], row(i)[1]}; }
