@@ -76,10 +76,14 @@ def limits(trajectories, grid):
 
 
 def draw_paths(axes, trajectories, on_map):
-    """All paths, with start and end of the truth marked. A white rim keeps lines readable on a map."""
+    """All paths, with start and end of the truth marked. White behind lines keeps them readable."""
     rim = [patheffects.withStroke(linewidth=3.4, foreground="white", alpha=0.85)] if on_map else []
     for index, t in enumerate(trajectories):
-        axes.plot(t["x_m"], t["y_m"], label=t["name"], path_effects=rim, **style_of(index))
+        line = style_of(index)
+        if on_map and index > 1:  # a rim would follow the dashes and wash them out
+            axes.plot(t["x_m"], t["y_m"], color="white", alpha=0.7, linewidth=3.0,
+                      zorder=line["zorder"] - 0.5)
+        axes.plot(t["x_m"], t["y_m"], label=t["name"], path_effects=rim if index < 2 else [], **line)
     truth = trajectories[0]
     if len(truth["x_m"]):
         marker = dict(color=TRUTH, markeredgecolor="white", linestyle="none", zorder=6)
@@ -95,7 +99,8 @@ def draw_field(figure, axes, grid, values, colours, label):
     x, y = grid[0], grid[1]
     image = axes.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=colours, shading="nearest",
                             rasterized=True)
-    bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.02)
+    # Inside the panel's own frame, so that the bar is as high as a map of any aspect.
+    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0.0, 0.035, 1.0]))
     bar.set_label(label)
     bar.outline.set_visible(False)
 
@@ -112,7 +117,7 @@ def draw_errors(axes, trajectories):
             axes.fill_between(t["time_s"], 0.0, t["two_sigma_m"], color=line["color"], alpha=0.18,
                               linewidth=0, label=f"{t['name']}, its own 2 sigma", zorder=1)
             top = max(top, min(np.nanmax(t["two_sigma_m"]), 3.0 * top))
-    axes.set_ylim(0.0, 1.05 * top if top > 0 else 1.0)
+    axes.set_ylim(0.0, 1.25 * top if top > 0 else 1.0)  # room for the legend
     times = trajectories[1]["time_s"]
     if times[-1] > times[0]:
         axes.set_xlim(times[0], times[-1])
@@ -148,7 +153,7 @@ def draw(data, grid, name, unit, title):
         draw_field(figure, axes[1], grid, np.sqrt(np.maximum(grid[3], 0.0)), "magma",
                    f"{name}, standard deviation{unit_text}")
         axes[0].set_title(f"Learned field: {name}")
-        axes[1].set_title("What the filter does not know yet")
+        axes[1].set_title("Uncertainty of the learned field")
     else:
         axes[0].set_title("Paths")
         axes[0].grid(True, alpha=0.25)
