@@ -1,0 +1,126 @@
+// Parameters that every node of the suite has, with amcl's names where amcl has them.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "field_core/errors.hpp"
+#include "field_core/params.hpp"
+
+namespace field_ros {
+
+enum class SensorType {
+  magnetic_field,
+  temperature,
+  illuminance,
+  relative_humidity,
+  fluid_pressure,
+  range
+};
+
+/// A standard sensor whose values are fields, without a converter node.
+struct SensorParams {
+  SensorType type = SensorType::temperature;
+  std::string topic;
+  std::string field;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.required("type").choice("type", type,
+                              {{"magnetic_field", SensorType::magnetic_field},
+                               {"temperature", SensorType::temperature},
+                               {"illuminance", SensorType::illuminance},
+                               {"relative_humidity", SensorType::relative_humidity},
+                               {"fluid_pressure", SensorType::fluid_pressure},
+                               {"range", SensorType::range}},
+                              "sensor_msgs type of the topic");
+    v.required("topic").text("topic", topic, "topic of the sensor");
+    v.required("field").text("field", field,
+                             "field that its values are; magnetic_field: <field>_x, _y, _z and "
+                             "<field>_norm");
+  }
+  void validate() const {
+    if (topic.empty())
+      throw field_core::ParameterError("topic", "is empty; name the sensor's topic");
+    if (field.empty())
+      throw field_core::ParameterError("field", "is empty; name a configured field");
+  }
+};
+
+struct NodeParams {
+  std::string global_frame_id = "map";
+  std::string odom_frame_id = "odom";
+  std::string base_frame_id = "base_link";
+  bool tf_broadcast = true;
+  double transform_tolerance = 0.1;
+  std::string state_directory = "~/.ros/field_states";
+  int seed = 1;
+  double map_resolution = 0.25;
+  double map_publish_period = 2.0;
+  int path_length = 10000;
+  int odom_queue_size = 100;
+  int field_queue_size = 100;
+  int odom_buffer_length = 2000;
+  int pending_measurements = 1000;
+  int max_fields_per_message = 1000;
+  double reorder_window = 0.0;
+  double time_jump_threshold = 1.0;
+  double odom_gap_threshold = 10.0;
+  bool use_sensor_frames = true;
+  std::map<std::string, SensorParams> sensors;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::non_negative;
+    using field_core::positive;
+    v.text("global_frame_id", global_frame_id, "frame of the map and of the published pose");
+    v.text("odom_frame_id", odom_frame_id, "frame of the odometry: header.frame_id of odom");
+    v.text("base_frame_id", base_frame_id, "frame of the robot: child_frame_id of odom");
+    v.flag("tf_broadcast", tf_broadcast, "publish the transform map -> odom");
+    v.number("transform_tolerance", transform_tolerance, non_negative(), "s",
+             "map -> odom is dated this far into the future");
+    v.text("state_directory", state_directory,
+           "where ~save_state and ~load_state keep their files; \"\": both refuse");
+    v.number("seed", seed, non_negative(), "1", "seed of the estimator's random numbers");
+    v.number("map_resolution", map_resolution, positive(), "m",
+             "cell size of published field maps");
+    v.number("map_publish_period", map_publish_period, non_negative(), "s",
+             "time between published field maps; 0: never");
+    v.number("path_length", path_length, {1, 1000000}, "1", "latest poses kept in ~path");
+    v.number("odom_queue_size", odom_queue_size, {1, 100000}, "1", "subscriber queue of odom");
+    v.number("field_queue_size", field_queue_size, {1, 100000}, "1",
+             "subscriber queue of field and of each sensor");
+    v.number("odom_buffer_length", odom_buffer_length, {2, 10000000}, "1",
+             "latest odometry messages kept for interpolation");
+    v.number("pending_measurements", pending_measurements, {1, 1000000}, "1",
+             "measurements that may wait for odometry; then the oldest is dropped");
+    v.number("max_fields_per_message", max_fields_per_message, {1, 100000}, "1",
+             "a measurement with more fields is dropped unread");
+    v.number("reorder_window", reorder_window, {0.0, 60.0}, "s",
+             "a measurement waits this long for earlier ones that arrive later (several sensors)");
+    v.number("time_jump_threshold", time_jump_threshold, positive(), "s",
+             "two odometry messages this far back in time are a restarted clock: the node resets");
+    v.number("odom_gap_threshold", odom_gap_threshold, positive(), "s",
+             "an odometry message this far ahead is believed once the next one confirms it");
+    v.flag("use_sensor_frames", use_sensor_frames,
+           "place sensors by tf from header.frame_id to base_frame_id; false: all at the base");
+    v.dictionary("sensors", sensors, "standard sensors as fields, by any name");
+  }
+  void validate() const {
+    const auto frame = [](const char* key, const std::string& value) {
+      if (value.empty() || value[0] == '/') {
+        throw field_core::ParameterError(
+            key, "'" + value + "' is not a frame of tf2; write a name without a leading slash");
+      }
+    };
+    frame("global_frame_id", global_frame_id);
+    frame("odom_frame_id", odom_frame_id);
+    frame("base_frame_id", base_frame_id);
+    if (global_frame_id == odom_frame_id) {
+      throw field_core::ParameterError(
+          "odom_frame_id", "is the same as global_frame_id; map -> odom needs two frames");
+    }
+  }
+};
+
+}  // namespace field_ros

@@ -1,0 +1,37 @@
+// The files that a replay writes, kept in memory until the run has succeeded.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "field_ros/session.hpp"
+
+namespace field_ros {
+
+class ReplayOutput {
+ public:
+  void add(const SessionStep& step);
+  std::uint64_t steps() const { return steps_; }
+
+  /// field_<name>.csv of the final belief, on the estimator's map region.
+  void add_fields(const Session& session);
+  /// prediction.csv at the points of a CSV (columns x_m,y_m). @throws DataError
+  void add_prediction(const Session& session, const std::string& points_csv);
+  /// summary.json: nothing in it depends on the machine.
+  void add_summary(const Session& session, const std::string& estimator, std::uint64_t seed,
+                   double duration_s, std::size_t left_waiting);
+
+  /// Writes all files to a temporary directory inside `directory`, then renames them into it.
+  /// @throws DataError; the files of an earlier run are untouched if writing failed
+  void write(const std::string& directory);
+
+  /// Contents by file name, for tests.
+  const std::map<std::string, std::string>& files() const { return files_; }
+
+ private:
+  std::string estimate_tum_, estimate_csv_, timing_csv_;
+  std::map<std::string, std::string> files_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace field_ros

@@ -1,0 +1,220 @@
+#include "field_ros/replay.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "field_core/errors.hpp"
+#include "field_ros/bag_input.hpp"
+#include "field_ros/bag_transforms.hpp"
+#include "field_ros/program.hpp"
+#include "field_ros/replay_output.hpp"
+#include "field_ros/sensors.hpp"
+#include "field_ros/session.hpp"
+#include "field_ros/state_file.hpp"
+
+namespace field_ros {
+namespace {
+
+using field_core::DataError;
+
+std::string absolute_topic(const std::string& topic) {
+  return !topic.empty() && topic[0] == '/' ? topic : "/" + topic;
+}
+
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool on) : on_(on) {}
+  ~ProgressBar() {
+    if (percent_ >= 0) std::cerr << "\r\033[K" << std::flush;
+  }
+  void show(double fraction) {
+    const int percent = static_cast<int>(100.0 * fraction);
+    if (!on_ || percent == percent_) return;
+    percent_ = percent;
+    std::cerr << "\r[" << std::string(percent / 2, '=') << std::string(50 - percent / 2, ' ')
+              << "] " << percent << " %" << std::flush;
+  }
+
+ private:
+  bool on_;
+  int percent_ = -1;
+};
+
+// The topics of one replay, checked against the bag.
+struct Topics {
+  std::string odom, field;
+  std::vector<SensorParams> sensors;
+  std::vector<std::string> all;
+
+  Topics(const BagInput& input, const ReplayOptions& options, const NodeParams& params)
+      : odom(absolute_topic(options.odom_topic)), field(absolute_topic(options.field_topic)) {
+    input.require(odom, {"nav_msgs/Odometry"});
+    all.push_back(odom);
+    for (const auto& entry : params.sensors) {
+      sensors.push_back(entry.second);
+      sensors.back().topic = absolute_topic(entry.second.topic);
+      input.require(sensors.back().topic, {sensor_datatype(entry.second.type)});
+      all.push_back(sensors.back().topic);
+    }
+    // With sensors configured the generic topic may be absent.
+    if (sensors.empty() || input.topics().count(field)) {
+      input.require(field, {"field_msgs/FieldMeasurement"});
+      all.push_back(field);
+    }
+  }
+};
+
+template <class M>
+const M& typed(const BagInput& input, const rosbag::MessageInstance& instance,
+               boost::shared_ptr<M>& holder) {
+  holder = instance.instantiate<M>();
+  if (holder) return *holder;
+  throw DataError(input.path() + ": topic '" + instance.getTopic() + "': its " +
+                  instance.getDataType() +
+                  " has another md5sum than this program's; record it with this version of the "
+                  "messages, or use rosbag fix");
+}
+
+void dispatch(const BagInput& input, const Topics& topics, const rosbag::MessageInstance& instance,
+              Session& session) {
+  const std::string& topic = instance.getTopic();
+  if (topic == topics.odom) {
+    boost::shared_ptr<nav_msgs::Odometry> odometry;
+    session.on_odometry(typed(input, instance, odometry));
+  } else if (topic == topics.field) {
+    boost::shared_ptr<field_msgs::FieldMeasurement> field;
+    session.on_field(typed(input, instance, field));
+  }
+  for (const SensorParams& sensor : topics.sensors) {
+    if (topic != sensor.topic) continue;
+    with_sensor_message(sensor.type, [&](auto* type) {
+      boost::shared_ptr<std::remove_pointer_t<decltype(type)>> message;
+      session.on_field(to_field(typed(input, instance, message), sensor.field));
+    });
+  }
+}
+
+[[noreturn]] void fail_nothing_used(const std::string& bag, const SessionCounts& counts,
+                                    std::size_t waiting) {
+  std::string reasons;
+  for (const auto& [name, count] : counts.dropped) {
+    reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + name;
+  }
+  if (waiting > 0) {
+    reasons += (reasons.empty() ? "" : ", ") + std::to_string(waiting) +
+               " without odometry at their stamp";
+  }
+  throw DataError(
+      bag + ": no measurement could be used (dropped: " + (reasons.empty() ? "none" : reasons) +
+      "); compare stamps, frames and field names of the bag with the configuration");
+}
+
+double bag_duration(const BagInput& input) {
+  rosbag::View view(input.bag());
+  return (view.getEndTime() - view.getBeginTime()).toSec();
+}
+
+void refuse_bad_places(const ReplayOptions& options) {
+  namespace fs = std::filesystem;
+  if (fs::exists(options.output) && !fs::is_directory(options.output)) {
+    throw DataError(options.output + ": is a file; --output needs a directory");
+  }
+  if (!options.save_state.empty()) {
+    const fs::path parent = fs::absolute(options.save_state).parent_path();
+    if (!fs::is_directory(parent)) {
+      throw DataError(options.save_state + ": its directory does not exist; create " +
+                      parent.string());
+    }
+  }
+}
+
+}  // namespace
+
+void replay(const EstimatorEntry& entry, const ReplayOptions& options) {
+  const ParamTree tree = ParamTree::from_yaml_file(options.config);
+  Configured configured = entry.make(tree, options.seed);
+  refuse_bad_places(options);
+  const std::uint64_t seed =
+      options.seed.value_or(static_cast<std::uint64_t>(configured.node.seed));
+  const BagInput input(options.bag);
+  const Topics topics(input, options, configured.node);
+  BagTransforms transforms(input, configured.node.base_frame_id);
+  Session session(std::move(configured), std::ref(transforms));
+  if (!options.load_state.empty()) {
+    const auto state = read_state_file(options.load_state);
+    try {
+      session.restore(state);
+    } catch (const DataError& e) {
+      throw DataError(options.load_state + ": " + e.what());
+    }
+  }
+  ReplayOutput output;
+  session.set_listener([&output](const SessionStep& step) { output.add(step); });
+  {
+    ProgressBar bar(options.progress);
+    input.read(topics.all, [&](const rosbag::MessageInstance& instance, double fraction) {
+      dispatch(input, topics, instance, session);
+      bar.show(fraction);
+    });
+  }
+  const std::size_t waiting = session.finish();
+  if (session.counts().applied == 0 && session.counts().skipped.empty()) {
+    if (!session.last_error().empty()) throw field_core::NumericalError(session.last_error());
+    fail_nothing_used(options.bag, session.counts(), waiting);
+  }
+  output.add_fields(session);
+  if (!options.predict.empty()) output.add_prediction(session, options.predict);
+  output.add_summary(session, entry.name, seed, bag_duration(input), waiting);
+  output.write(options.output);
+  if (!options.save_state.empty()) write_state_file(options.save_state, session.save_state());
+}
+
+int run_replay(int argc, char** argv, const EstimatorEntry& entry) {
+  ReplayOptions options;
+  bool print_config = false, print_markdown = false;
+  std::uint64_t seed = 0;
+  CLI::App app("Runs " + entry.name +
+               " over a bag, without roscore, and writes estimate, field maps, " +
+               "timing and a summary.");
+  auto* config_only = app.add_flag("--print-config", print_config,
+                                   "print a commented configuration with all defaults, and exit");
+  auto* markdown_only =
+      app.add_flag("--print-markdown", print_markdown, "print the parameters as a table, and exit");
+  app.add_option("--bag", options.bag, "bag to read");
+  app.add_option("--config", options.config, "YAML of parameters, the same as the node's");
+  app.add_option("--output", options.output, "directory for the results");
+  auto* seed_option = app.add_option("--seed", seed, "replaces the parameter seed");
+  app.add_option("--odom-topic", options.odom_topic, "nav_msgs/Odometry")->capture_default_str();
+  app.add_option("--field-topic", options.field_topic, "field_msgs/FieldMeasurement")
+      ->capture_default_str();
+  app.add_option("--predict", options.predict, "CSV with columns x_m,y_m: writes prediction.csv");
+  app.add_option("--load-state", options.load_state, "state file to start from");
+  app.add_option("--save-state", options.save_state, "state file to write at the end");
+  try {
+    app.parse(argc, argv);
+    if (!*config_only && !*markdown_only) {
+      for (const char* name : {"--bag", "--config", "--output"}) {
+        if (app.get_option(name)->count() == 0) throw CLI::RequiredError(name);
+      }
+    }
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitBadArguments;
+  }
+  if (*seed_option) options.seed = seed;
+  options.progress = ::isatty(STDERR_FILENO) == 1;
+  return run_guarded([&] {
+    if (print_config) {
+      std::cout << commented_yaml(entry.document());
+    } else if (print_markdown) {
+      std::cout << markdown_table(entry.document());
+    } else {
+      replay(entry, options);
+    }
+    return kExitOk;
+  });
+}
+
+}  // namespace field_ros
