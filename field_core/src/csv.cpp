@@ -131,7 +131,8 @@ Stamp CsvTable::stamp(std::size_t row, std::size_t column) const {
 std::optional<double> parse_number(const std::string& text) {
   const char* first = text.data();
   const char* last = first + text.size();
-  if (first != last && *first == '+') ++first;
+  // from_chars takes no plus; "+-1" stays wrong.
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;
   double value = 0.0;
   const auto result = std::from_chars(first, last, value);
   if (result.ec != std::errc() || result.ptr != last || !std::isfinite(value)) return std::nullopt;

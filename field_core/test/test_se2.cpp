@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 
 #include "field_core/random.hpp"
 #include "field_core/se2.hpp"
