@@ -5,6 +5,7 @@
 #include "field_bags/program.hpp"
 #include "field_bags/simulate.hpp"
 #include "field_core/csv.hpp"
+#include "field_ros/param_doc.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -21,6 +22,14 @@ int main(int argc, char** argv) {
   app.add_option("--survey-spacing", spacing, "of that grid [m]")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
+  app.add_flag_callback(
+      "--world-keys",
+      []() {
+        std::cout << field_ros::commented_yaml(
+            field_ros::document_params<field_bags::WorldParams>());
+        throw CLI::Success();
+      },
+      "print every key of a world file with its default, unit and range");
   return field_bags::run_program(app, argc, argv, [&]() {
     const field_bags::WorldParams params = field_bags::load_world(world);
     const field_bags::Recording recording = field_bags::simulate(params, seed);

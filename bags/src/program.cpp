@@ -1,7 +1,6 @@
 #include "field_bags/program.hpp"
 
-#include <exception>
-#include <iostream>
+#include "field_ros/program.hpp"
 
 namespace field_bags {
 
@@ -9,15 +8,12 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return app.exit(error) == 0 ? field_ros::kExitOk : field_ros::kExitBadArguments;
   }
-  try {
+  return field_ros::run_guarded([&work]() {
     work();
-  } catch (const std::exception& error) {
-    std::cerr << app.get_name() << ": " << error.what() << std::endl;
-    return 1;
-  }
-  return 0;
+    return field_ros::kExitOk;
+  });
 }
 
 }  // namespace field_bags
