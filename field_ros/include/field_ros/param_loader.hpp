@@ -46,8 +46,8 @@ class KeyChecker {
       : tree_(tree), node_(node), prefix_(std::move(prefix)) {}
 
   KeyChecker& required(const char*) { return *this; }
-  template <class... Args>
-  void number(const char* key, Args&&...) {
+  template <class Number>
+  void number(const char* key, Number&, field_core::Range, const char*, const char*) {
     known_.insert(key);
   }
   template <class... Args>
