@@ -12,7 +12,7 @@ struct Entry {
 constexpr Entry kEntries[] = {
     {DropReason::none, "none", "the message was used"},
     {DropReason::zero_stamp, "zero_stamp",
-     "header.stamp is 0 or negative; stamp the message when it is measured"},
+     "header.stamp is 0 although time has begun; stamp the message when it is measured"},
     {DropReason::non_finite_pose, "non_finite_pose",
      "the pose holds NaN or infinity; check its source"},
     {DropReason::bad_quaternion, "bad_quaternion",

@@ -53,7 +53,6 @@ std::string tf2_frame(const std::string& frame) {
 Checked<OdometrySample> check_odometry(const nav_msgs::Odometry& message,
                                        const std::string& odom_frame,
                                        const std::string& base_frame) {
-  if (message.header.stamp.isZero()) return DropReason::zero_stamp;
   if (!frame_is(message.header.frame_id, odom_frame) ||
       !frame_is(message.child_frame_id, base_frame)) {
     return DropReason::unknown_frame;
@@ -75,7 +74,6 @@ Checked<FieldSample> check_field(const field_msgs::FieldMeasurement& message,
     return DropReason::length_mismatch;
   }
   if (n == 0) return DropReason::empty_measurement;
-  if (message.header.stamp.isZero()) return DropReason::zero_stamp;
   FieldSample sample{from_ros(message.header.stamp), tf2_frame(message.header.frame_id), {}, 0};
   sample.readings.reserve(n);
   std::unordered_set<std::string> seen;

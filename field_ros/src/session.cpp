@@ -51,6 +51,7 @@ void Session::on_field(const field_msgs::FieldMeasurement& message) {
   auto field =
       check_field(message, fields_, static_cast<std::size_t>(params_.max_fields_per_message));
   if (!field) return drop(field.reason);
+  if (unstamped(field.value->stamp)) return drop(DropReason::zero_stamp);
   field_core::Sample sample;
   sample.stamp = field.value->stamp;
   const std::string& frame = field.value->frame;
@@ -63,6 +64,11 @@ void Session::on_field(const field_msgs::FieldMeasurement& message) {
   counts_.unknown_fields += static_cast<std::uint64_t>(field.value->unknown_fields);
   merge_.add_sample(std::move(sample));
   process();
+}
+
+bool Session::unstamped(Stamp stamp) const {
+  const auto newest = merge_.newest_odometry();
+  return stamp == Stamp(0) && newest && newest->stamp > Stamp(0);
 }
 
 void Session::on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {

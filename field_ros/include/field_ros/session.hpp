@@ -83,6 +83,8 @@ class Session {
 
  private:
   void drop(DropReason reason) { ++counts_.dropped[drop_name(reason)]; }
+  /// 0 is a time like any other at the start of a recording or of simulated time, not later.
+  bool unstamped(field_core::Stamp stamp) const;
   void process(bool end_of_input = false);
   void step(const MergedStep& merged);
   void refresh_belief(field_core::Stamp stamp);
