@@ -14,6 +14,7 @@ option(BUILD_SHARED_LIBS "Build shared libraries" ON)
 if(NOT DEFINED Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
   set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Python of the ROS packages")
 endif()
+enable_testing()  # here, because inside a function it would only count there
 set(FIELD_WARNINGS -Wall -Wextra -Wno-psabi)
 
 # Where things are installed: catkin's places, or plain CMake's.
@@ -83,7 +84,6 @@ function(field_tests name)
       message(STATUS "${PROJECT_NAME}: GoogleTest not found, tests are not built")
       return()
     endif()
-    enable_testing()
   endif()
   foreach(file ${arg_FILES})
     get_filename_component(base ${file} NAME_WE)
