@@ -62,7 +62,8 @@ class ToyEstimator {
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const {
     return {Eigen::MatrixXd::Constant(1, points.cols(), mean_),
             Eigen::MatrixXd::Constant(1, points.cols(), variance_ + noise_variance()),
-            Eigen::VectorXd::Constant(1, params_.prior_stddev * params_.prior_stddev)};
+            Eigen::VectorXd::Constant(
+                1, params_.prior_stddev * params_.prior_stddev + noise_variance())};
   }
   const std::vector<field_core::FieldInfo>& fields() const { return fields_; }
   field_core::MapRegion map_region() const {

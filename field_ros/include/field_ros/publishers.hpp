@@ -1,0 +1,44 @@
+// What a node publishes of a session, in its private namespace, and map -> odom.
+#pragma once
+
+#include <nav_msgs/Path.h>
+#include <ros/node_handle.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <deque>
+#include <map>
+#include <string>
+
+#include "field_ros/map_messages.hpp"
+#include "field_ros/session.hpp"
+
+namespace field_ros {
+
+/// Prediction of all fields on the estimator's map region. @throws NumericalError
+PredictedGrid predict_grid(const Session& session);
+
+class Publishers {
+ public:
+  Publishers(ros::NodeHandle& private_handle, const Session& session);
+
+  /// ~pose, ~path, ~particlecloud, ~vectors after a step.
+  void publish_belief();
+  /// map -> odom, post-dated by transform_tolerance; call on each odometry message.
+  void publish_transform();
+  /// ~field_map, ~grid/..., ~cloud: only if somebody listens or nothing is latched yet.
+  void publish_maps();
+  void clear_path() { path_.clear(); }
+
+ private:
+  bool maps_wanted() const;
+  void publish_path(const field_core::Belief& belief);
+
+  const Session& session_;
+  ros::Publisher pose_, path_publisher_, particles_, field_map_, cloud_, vectors_;
+  std::map<std::string, ros::Publisher> grids_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  std::deque<geometry_msgs::PoseStamped> path_;
+  bool latched_ = false;
+};
+
+}  // namespace field_ros

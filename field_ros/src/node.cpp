@@ -1,0 +1,171 @@
+#include "field_ros/node.hpp"
+
+#include <ros/ros.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+
+#include "field_ros/bag_transforms.hpp"
+#include "field_ros/diagnostics.hpp"
+#include "field_ros/program.hpp"
+#include "field_ros/publishers.hpp"
+#include "field_ros/sensors.hpp"
+#include "field_ros/services.hpp"
+#include "field_ros/session.hpp"
+
+namespace field_ros {
+namespace {
+
+constexpr double kDiagnosticsPeriod =
+    1.0;  // [s] of wall time: they must come when the clock stands
+
+class Node {
+ public:
+  explicit Node(Configured configured)
+      : private_("~"),
+        listener_(buffer_),
+        session_(std::move(configured),
+                 [this](const std::string& frame, field_core::Stamp stamp) {
+                   return lookup_placement(buffer_, session_.params().base_frame_id, frame, stamp);
+                 }),
+        publishers_(private_, session_),
+        services_(handle_, private_, session_, [this] { on_replaced(); }) {
+    session_.set_listener([this](const SessionStep& step) { on_step(step); });
+    diagnostics_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+    subscribe();
+    before_ = snapshot();
+    timers_.push_back(handle_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod),
+                                              [this](const ros::WallTimerEvent&) { report(); }));
+    const double period = session_.params().map_publish_period;
+    if (period > 0.0) {
+      timers_.push_back(handle_.createWallTimer(ros::WallDuration(period),
+                                                [this](const ros::WallTimerEvent&) { draw(); }));
+    }
+  }
+
+ private:
+  void subscribe() {
+    const NodeParams& params = session_.params();
+    const auto odom_queue = static_cast<std::uint32_t>(params.odom_queue_size);
+    const auto field_queue = static_cast<std::uint32_t>(params.field_queue_size);
+    subscribers_.push_back(handle_.subscribe("odom", odom_queue, &Node::on_odometry, this));
+    subscribers_.push_back(handle_.subscribe("field", field_queue, &Session::on_field, &session_));
+    subscribers_.push_back(handle_.subscribe("initialpose", 2, &Node::on_initialpose, this));
+    for (const auto& entry : params.sensors) {
+      const SensorParams sensor = entry.second;
+      with_sensor_message(sensor.type, [&](auto* type) {
+        using Message = std::remove_pointer_t<decltype(type)>;
+        const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
+            [this, sensor](const boost::shared_ptr<const Message>& message) {
+              session_.on_field(to_field(*message, sensor.field));
+            };
+        subscribers_.push_back(handle_.subscribe<Message>(sensor.topic, field_queue, callback));
+      });
+    }
+  }
+
+  void on_odometry(const nav_msgs::Odometry& message) {
+    const std::uint64_t resets = session_.counts().clock_resets;
+    session_.on_odometry(message);
+    if (session_.counts().clock_resets > resets) {
+      ROS_WARN("time went back: the estimator and its map start again");
+      buffer_.clear();
+      publishers_.clear_path();
+    }
+    publishers_.publish_transform();
+  }
+
+  void on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+    session_.on_initialpose(message);
+    on_replaced();
+  }
+
+  void on_step(const SessionStep& step) {
+    step_time_sum_ += step.step_s;
+    step_time_max_ = std::max(step_time_max_, step.step_s);
+    publishers_.publish_belief();
+  }
+
+  void on_replaced() {
+    publishers_.clear_path();
+    publishers_.publish_belief();
+    publishers_.publish_transform();
+  }
+
+  void draw() {
+    try {
+      publishers_.publish_maps();
+    } catch (const field_core::NumericalError& e) {
+      ROS_WARN_THROTTLE(10.0, "no field map: %s", e.what());
+    }
+  }
+
+  HealthSnapshot snapshot() const {
+    HealthSnapshot now;
+    now.time_s = ros::WallTime::now().toSec();
+    now.counts = session_.counts();
+    now.step_time_sum_s = step_time_sum_;
+    now.step_time_max_s = step_time_max_;
+    now.belief = session_.belief();
+    now.pending = session_.pending();
+    now.paused = session_.paused();
+    now.last_error = session_.last_error();
+    return now;
+  }
+
+  void report() {
+    HealthSnapshot now = snapshot();
+    diagnostic_msgs::DiagnosticArray message =
+        diagnose(ros::this_node::getName().substr(1), before_, now);
+    message.header.stamp = ros::Time::now();
+    diagnostics_.publish(message);
+    before_ = std::move(now);
+    step_time_max_ = 0.0;
+  }
+
+  ros::NodeHandle handle_, private_;
+  tf2_ros::Buffer buffer_;
+  tf2_ros::TransformListener listener_;
+  Session session_;
+  Publishers publishers_;
+  Services services_;
+  ros::Publisher diagnostics_;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::WallTimer> timers_;
+  HealthSnapshot before_;
+  double step_time_sum_ = 0.0, step_time_max_ = 0.0;
+};
+
+Configured configure(const EstimatorEntry& entry) {
+  XmlRpc::XmlRpcValue value;
+  const std::string name = ros::this_node::getName();
+  ros::param::get(name, value);
+  return entry.make(ParamTree::from_rosparam(value, name), std::nullopt);
+}
+
+}  // namespace
+
+int run_node(int argc, char** argv, const EstimatorEntry& entry, const char* name) {
+  std::vector<std::string> arguments;
+  ros::removeROSArgs(argc, argv, arguments);
+  CLI::App app("Runs " + entry.name +
+               " on the topics odom and field; parameters are in the node's " +
+               "private namespace, '" + entry.name + "_replay --print-config' lists them.");
+  try {
+    std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
+    app.parse(reversed);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitBadArguments;
+  }
+  return run_guarded([&] {
+    ros::init(argc, argv, name);
+    const ros::NodeHandle keep_alive;
+    Node node(configure(entry));
+    ros::spin();
+    return kExitOk;
+  });
+}
+
+}  // namespace field_ros

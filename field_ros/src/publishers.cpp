@@ -1,0 +1,100 @@
+#include "field_ros/publishers.hpp"
+
+#include <geometry_msgs/PoseArray.h>
+
+#include <algorithm>
+
+#include "field_ros/convert.hpp"
+
+namespace field_ros {
+
+PredictedGrid predict_grid(const Session& session) {
+  const AnyEstimator& estimator = session.estimator();
+  PredictedGrid map;
+  map.grid = FieldGrid::cover(estimator.map_region(), session.params().map_resolution);
+  map.fields = estimator.fields();
+  map.prediction = estimator.predict_field(map.grid.centres());
+  map.stamp = session.belief().stamp;
+  map.frame = session.params().global_frame_id;
+  return map;
+}
+
+Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : session_(session) {
+  pose_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
+  path_publisher_ = handle.advertise<nav_msgs::Path>("path", 1);
+  particles_ = handle.advertise<geometry_msgs::PoseArray>("particlecloud", 2);
+  cloud_ = handle.advertise<sensor_msgs::PointCloud2>("cloud", 1, true);
+  vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 2);
+  const auto& fields = session.estimator().fields();
+  // One message per field: the queue must hold a whole round.
+  field_map_ = handle.advertise<field_msgs::FieldMap>(
+      "field_map", static_cast<std::uint32_t>(std::max<std::size_t>(10, 2 * fields.size())), true);
+  for (const auto& field : fields) {
+    for (const std::string& name : {field.name, field.name + "_stddev"}) {
+      grids_[name] = handle.advertise<nav_msgs::OccupancyGrid>("grid/" + name, 1, true);
+    }
+  }
+}
+
+void Publishers::publish_belief() {
+  const field_core::Belief& belief = session_.belief();
+  const std::string& frame = session_.params().global_frame_id;
+  pose_.publish(to_pose_message(belief, frame));
+  publish_path(belief);
+  if (vectors_.getNumSubscribers() > 0) vectors_.publish(to_markers(belief, frame));
+  if (belief.particles.empty() || particles_.getNumSubscribers() == 0) return;
+  geometry_msgs::PoseArray cloud;
+  cloud.header.stamp = to_ros(belief.stamp);
+  cloud.header.frame_id = frame;
+  for (const auto& particle : belief.particles) cloud.poses.push_back(to_pose(particle.pose));
+  particles_.publish(cloud);
+}
+
+void Publishers::publish_path(const field_core::Belief& belief) {
+  geometry_msgs::PoseStamped pose;
+  pose.header.stamp = to_ros(belief.stamp);
+  pose.header.frame_id = session_.params().global_frame_id;
+  pose.pose = to_pose(belief.mean);
+  path_.push_back(pose);
+  if (path_.size() > static_cast<std::size_t>(session_.params().path_length)) path_.pop_front();
+  // A long path is large: it is only put together for those who look.
+  if (path_publisher_.getNumSubscribers() == 0) return;
+  nav_msgs::Path path;
+  path.header = pose.header;
+  path.poses.assign(path_.begin(), path_.end());
+  path_publisher_.publish(path);
+}
+
+void Publishers::publish_transform() {
+  const NodeParams& params = session_.params();
+  const auto odometry = session_.newest_odometry();
+  if (!params.tf_broadcast || !session_.map_to_odom() || !odometry) return;
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = params.global_frame_id;
+  transform.header.stamp =
+      to_ros(odometry->stamp + field_core::stamp_from_seconds(params.transform_tolerance));
+  transform.child_frame_id = params.odom_frame_id;
+  transform.transform = to_transform(*session_.map_to_odom());
+  broadcaster_.sendTransform(transform);
+}
+
+bool Publishers::maps_wanted() const {
+  if (!latched_ || field_map_.getNumSubscribers() > 0 || cloud_.getNumSubscribers() > 0)
+    return true;
+  return std::any_of(grids_.begin(), grids_.end(),
+                     [](const auto& grid) { return grid.second.getNumSubscribers() > 0; });
+}
+
+void Publishers::publish_maps() {
+  if (!maps_wanted()) return;
+  const PredictedGrid map = predict_grid(session_);
+  for (std::size_t f = 0; f < map.fields.size(); ++f) {
+    field_map_.publish(to_field_map(map, f));
+    grids_.at(map.fields[f].name).publish(to_occupancy_grid(map, f, false));
+    grids_.at(map.fields[f].name + "_stddev").publish(to_occupancy_grid(map, f, true));
+  }
+  cloud_.publish(to_point_cloud(map));
+  latched_ = true;
+}
+
+}  // namespace field_ros
