@@ -28,6 +28,8 @@ field_core::Trajectory load_from_bag(const std::string& bag, const std::string& 
   }
   if (result.exit_code != 0) {
     std::string reason = last_line(result.errors);
+    if (reason.rfind("error: ", 0) == 0) reason.erase(0, 7);
+    if (reason.find(bag) != std::string::npos) throw DataError(reason);  // it says where by itself
     if (reason.empty()) reason = "exit code " + std::to_string(result.exit_code);
     throw DataError("cannot read " + topic + " of '" + bag + "': " + reason);
   }
