@@ -206,9 +206,9 @@ ParamTree ParamTree::from_yaml_text(const std::string& text, const std::string& 
 }
 
 ParamTree ParamTree::from_yaml_file(const std::string& path) {
+  errno = 0;
   std::ifstream file(path);
   std::ostringstream text;
-  errno = 0;
   if (!file || !(text << file.rdbuf())) {
     // An empty file also ends here: it reads no character.
     if (file.is_open() && text.str().empty() && errno == 0) return from_yaml_text("", path);
