@@ -69,6 +69,8 @@ void Publishers::publish_transform() {
   const NodeParams& params = session_.params();
   const auto odometry = session_.newest_odometry();
   if (!params.tf_broadcast || !session_.map_to_odom() || !odometry) return;
+  if (odometry->stamp == transform_stamp_) return;  // tf warns of a stamp that comes twice
+  transform_stamp_ = odometry->stamp;
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = params.global_frame_id;
   transform.header.stamp =

@@ -209,8 +209,7 @@ TEST(Configured, RefusesIllegalFieldNamesAndGiantMaps) {
             error_of([] { make_session("field: \"a b\"\n"); }).find("fields/a b"));
   const std::string text = error_of([] { make_session("map_resolution: 0.0001\n"); });
   EXPECT_EQ(
-      0u,
-      text.find("toy.yaml:3: parameter 'map_resolution': 0.0001 m gives a map of 1.6e+09 cells"))
+      0u, text.find("toy.yaml:3: parameter 'map_resolution': 1e-04 m gives a map of 1.6e+09 cells"))
       << text;
 }
 

@@ -38,6 +38,7 @@ class Publishers {
   std::map<std::string, ros::Publisher> grids_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::deque<geometry_msgs::PoseStamped> path_;
+  field_core::Stamp transform_stamp_{-1};
   bool latched_ = false;
 };
 
