@@ -153,6 +153,7 @@ int run_node(int argc, char** argv, const EstimatorEntry& entry, const char* nam
   CLI::App app("Runs " + entry.name +
                " on the topics odom and field; parameters are in the node's " +
                "private namespace, '" + entry.name + "_replay --print-config' lists them.");
+  app.name(std::string(name) + "_node");
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
     app.parse(reversed);
