@@ -11,11 +11,22 @@ namespace gp_localize {
 using field_core::SE2;
 using field_core::UpdateResult;
 
+namespace {
+
+CalibrationParams calibration_params(const GpLocalizeParams& p) {
+  const auto& n = p.odometry_noise;
+  const bool exact = n.alpha1 == 0.0 && n.alpha2 == 0.0 && n.alpha3 == 0.0 && n.alpha4 == 0.0;
+  return exact ? CalibrationParams{} : p.odom_calibration;
+}
+
+}  // namespace
+
 GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
     : params_(params),
       seed_(seed),
       random_(seed),
-      motion_model_(params.odometry_noise),
+      motion_model_{field_core::OdometryMotionModel(params.odometry_noise),
+                    OdometryCalibrationModel(calibration_params(params))},
       models_(make_field_models(params)),
       map_(make_map_model(params, models_)) {
   for (const FieldModel& model : models_) infos_.push_back(model.info);
@@ -28,23 +39,22 @@ void GpLocalize::reset() {
   const Eigen::Matrix3d covariance =
       Eigen::Vector3d(params_.initial_cov_xx, params_.initial_cov_yy, params_.initial_cov_aa)
           .asDiagonal();
-  map_->restart(start, covariance, random_);
-  draw_particles(start, covariance);
+  map_->restart(start, covariance, motion_model_, random_);
+  particles_.resize(params_.particles);
+  for (Particle& particle : particles_) {
+    particle = {motion_model_.draw(start, covariance, random_), 1.0 / params_.particles};
+  }
   stamp_ = field_core::Stamp(0);
   updated_ = false;
   moved_distance_ = moved_angle_ = 0.0;
   summarize();
 }
 
-void GpLocalize::draw_particles(const SE2& mean, const Eigen::Matrix3d& covariance) {
-  particles_.resize(params_.particles);
-  for (auto& particle : particles_) {
-    particle = {SE2(mean.vector() + random_.normal3(covariance)), 1.0 / params_.particles};
-  }
-}
-
 void GpLocalize::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
-  draw_particles(mean, covariance);
+  for (Particle& particle : particles_) {  // what was learned of the odometry stays
+    particle.pose = SE2(mean.vector() + random_.normal3(covariance));
+    particle.weight = 1.0 / params_.particles;
+  }
   map_->relocate(particles_, random_);
   summarize();
 }
@@ -52,9 +62,9 @@ void GpLocalize::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
 void GpLocalize::scatter() {
   const field_core::MapRegion r = map_region();
   for (auto& particle : particles_) {
-    particle = {SE2(random_.uniform(r.x_min, r.x_max), random_.uniform(r.y_min, r.y_max),
-                    random_.uniform(-M_PI, M_PI)),
-                1.0 / params_.particles};
+    particle.pose = SE2(random_.uniform(r.x_min, r.x_max), random_.uniform(r.y_min, r.y_max),
+                        random_.uniform(-M_PI, M_PI));
+    particle.weight = 1.0 / params_.particles;
   }
   map_->relocate(particles_, random_);
   summarize();
@@ -64,7 +74,7 @@ void GpLocalize::predict(const field_core::OdometryIncrement& increment) {
   const auto motion = field_core::OdometryMotion::from(increment.delta);
   map_->move(motion, motion_model_, random_);
   for (auto& particle : particles_) {
-    particle.pose = motion_model_.sample(particle.pose, motion, random_);
+    motion_model_.move(motion, particle, random_);
   }
   moved_distance_ += std::abs(motion.trans);
   moved_angle_ += std::abs(increment.delta.yaw());
@@ -129,16 +139,37 @@ void GpLocalize::resample_if_needed() {
   low_variance_resample(log_weights_, random_.uniform(), ancestors_);
   resampled_.resize(particles_.size());
   for (std::size_t i = 0; i < resampled_.size(); ++i) {
-    resampled_[i] = {particles_[ancestors_[i]].pose, 1.0 / count};
+    resampled_[i] = particles_[ancestors_[i]];
+    resampled_[i].weight = 1.0 / count;
   }
   resampled_.swap(particles_);
   map_->resampled(ancestors_);
 }
 
 /// From the weighted particles: resampling only adds variance.
-void GpLocalize::summarize() { summarize_particles(particles_, mean_, covariance_); }
+void GpLocalize::summarize() {
+  weighted_poses_.resize(particles_.size());
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    weighted_poses_[i] = {particles_[i].pose, particles_[i].weight};
+  }
+  summarize_particles(weighted_poses_, mean_, covariance_);
+}
 
-field_core::Belief GpLocalize::belief() const { return {stamp_, mean_, covariance_, particles_}; }
+field_core::Belief GpLocalize::belief() const {
+  field_core::Belief belief{stamp_, mean_, covariance_, {}};
+  for (const Particle& p : particles_) belief.particles.push_back({p.pose, p.weight});
+  return belief;
+}
+
+OdometryCalibration GpLocalize::calibration() const {
+  OdometryCalibration mean{0.0, 0.0, 0.0};
+  for (const Particle& p : particles_) {
+    mean.translation += p.weight * p.calibration.translation;
+    mean.rotation += p.weight * p.calibration.rotation;
+    mean.drift += p.weight * p.calibration.drift;
+  }
+  return mean;
+}
 
 field_core::FieldPrediction GpLocalize::predict_field(const Eigen::Matrix2Xd& points) const {
   const auto count = static_cast<Eigen::Index>(models_.size());
@@ -172,11 +203,11 @@ field_core::MapRegion GpLocalize::map_region() const {
 
 field_core::State GpLocalize::state() const {
   field_core::State state(kName, kStateVersion);
-  Eigen::MatrixXd poses(4, particles_.size());
+  Eigen::MatrixXd particles(kStateSize + 1, particles_.size());
   for (std::size_t i = 0; i < particles_.size(); ++i) {
-    poses.col(i) << particles_[i].pose.vector(), particles_[i].weight;
+    particles.col(i) << pack(particles_[i]), particles_[i].weight;
   }
-  state.set("particles", poses);
+  state.set("particles", particles);
   state.set_text("random", random_.state());
   state.set_text("stamp_ns", std::to_string(stamp_.count()));
   state.set("mean", Eigen::MatrixXd(mean_.vector()));
@@ -189,7 +220,7 @@ field_core::State GpLocalize::state() const {
 
 void GpLocalize::restore(const field_core::State& state) {
   state.require(kName, kStateVersion);
-  const Eigen::MatrixXd poses = state.matrix("particles", 4, params_.particles);
+  const Eigen::MatrixXd particles = state.matrix("particles", kStateSize + 1, params_.particles);
   const Eigen::MatrixXd mean = state.matrix("mean", 3, 1), moved = state.matrix("moved", 2, 1);
   const Eigen::MatrixXd covariance = state.matrix("covariance", 3, 3);
   const bool updated = state.scalar("updated") != 0.0;
@@ -197,8 +228,8 @@ void GpLocalize::restore(const field_core::State& state) {
   field_core::Random random(seed_);
   random.restore(state.text("random"));
   map_->restore(state);  // the last that can fail
-  for (Eigen::Index i = 0; i < poses.cols(); ++i) {
-    particles_[i] = {SE2(poses(0, i), poses(1, i), poses(2, i)), poses(3, i)};
+  for (Eigen::Index i = 0; i < particles.cols(); ++i) {
+    particles_[i] = {unpack(particles.col(i).head<kStateSize>()), particles(kStateSize, i)};
   }
   random_ = random;
   stamp_ = stamp;

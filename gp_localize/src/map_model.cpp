@@ -1,10 +1,35 @@
 #include "gp_localize/map_model.hpp"
 
+#include <cmath>
+
 #include "field_core/errors.hpp"
 #include "particle_map.hpp"
 #include "sample_path_map.hpp"
 
 namespace gp_localize {
+
+Eigen::Matrix<double, kStateSize, 1> pack(const RobotState& s) {
+  Eigen::Matrix<double, kStateSize, 1> numbers;
+  numbers << s.pose.vector(), s.calibration.translation, s.calibration.rotation,
+      s.calibration.drift;
+  return numbers;
+}
+
+RobotState unpack(const Eigen::Matrix<double, kStateSize, 1>& n) {
+  return {field_core::SE2(n[0], n[1], n[2]), {n[3], n[4], n[5]}};
+}
+
+RobotState MotionModel::draw(const field_core::SE2& mean, const Eigen::Matrix3d& covariance,
+                             field_core::Random& random) const {
+  const field_core::SE2 pose(mean.vector() + random.normal3(covariance));
+  return {pose, calibration.draw(random)};
+}
+
+void MotionModel::move(const field_core::OdometryMotion& reported, RobotState& state,
+                       field_core::Random& random) const {
+  state.pose = odometry.sample(state.pose, state.calibration.correct(reported), random);
+  calibration.wander(std::abs(reported.trans), state.calibration, random);
+}
 
 std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
                                          const std::vector<FieldModel>& fields) {

@@ -45,7 +45,8 @@ ParticleMap::Maps& ParticleMap::own_maps(std::size_t particle) {
   return pool_[owner];
 }
 
-void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, field_core::Random&) {
+void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const MotionModel&,
+                          field_core::Random&) {
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     pool_[0][f] = OnlineSparseGp(static_cast<int>(fields_[f].basis.size()), slice_size_, recent_);
   }

@@ -16,10 +16,9 @@ class ParticleMap : public MapModel {
   ParticleMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields);
 
   void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
-               field_core::Random& random) override;
+               const MotionModel& model, field_core::Random& random) override;
   void relocate(const ParticleSet& particles, field_core::Random& random) override;
-  void move(const field_core::OdometryMotion&, const field_core::OdometryMotionModel&,
-            field_core::Random&) override {}
+  void move(const field_core::OdometryMotion&, const MotionModel&, field_core::Random&) override {}
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;

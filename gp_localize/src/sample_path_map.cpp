@@ -13,7 +13,7 @@ SamplePathMap::SamplePathMap(const GpLocalizeParams& params, const std::vector<F
       redraw_(params.redraw_sample_paths),
       recent_(params.observation_model == ObservationModelType::online_pitc ? Recent::used
                                                                             : Recent::ignored),
-      poses_(params.sample_paths) {
+      paths_(params.sample_paths) {
   for (const FieldModel& field : fields_) {
     panels_.push_back(
         make_path_panels(field.basis, params.sample_paths, slice_size_, recent_, params.precision));
@@ -21,14 +21,14 @@ SamplePathMap::SamplePathMap(const GpLocalizeParams& params, const std::vector<F
 }
 
 void SamplePathMap::restart(const SE2& pose, const Eigen::Matrix3d& covariance,
-                            field_core::Random& random) {
-  for (SE2& p : poses_) p = SE2(pose.vector() + random.normal3(covariance));
+                            const MotionModel& model, field_core::Random& random) {
+  for (RobotState& path : paths_) path = model.draw(pose, covariance, random);
   maps_.clear();
   closed_.clear();
   for (const FieldModel& field : fields_) {
     const int m = static_cast<int>(field.basis.size());
-    maps_.emplace_back(poses_.size(), OnlineSparseGp(m, slice_size_, recent_));
-    closed_.emplace_back(OnlineSparseGp::summary_size(m), poses_.size());
+    maps_.emplace_back(paths_.size(), OnlineSparseGp(m, slice_size_, recent_));
+    closed_.emplace_back(OnlineSparseGp::summary_size(m), paths_.size());
   }
   close_slice();
 }
@@ -38,9 +38,9 @@ void SamplePathMap::relocate(const ParticleSet& particles, field_core::Random& r
   close_slice();  // the next measurement is far from the last
 }
 
-void SamplePathMap::move(const field_core::OdometryMotion& motion,
-                         const field_core::OdometryMotionModel& model, field_core::Random& random) {
-  for (SE2& pose : poses_) pose = model.sample(pose, motion, random);
+void SamplePathMap::move(const field_core::OdometryMotion& motion, const MotionModel& model,
+                         field_core::Random& random) {
+  for (RobotState& path : paths_) model.move(motion, path, random);
 }
 
 void SamplePathMap::weigh(const ParticleSet& particles, const SE2& sensor_in_base,
@@ -74,15 +74,15 @@ void SamplePathMap::weigh(const ParticleSet& particles, const SE2& sensor_in_bas
 void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_base,
                           const std::vector<Observation>& observations,
                           field_core::Random& random) {
-  points_.resize(2, poses_.size());
-  for (std::size_t c = 0; c < poses_.size(); ++c) {
-    points_.col(c) = poses_[c] * sensor_in_base.translation();
+  points_.resize(2, paths_.size());
+  for (std::size_t c = 0; c < paths_.size(); ++c) {
+    points_.col(c) = paths_[c].pose * sensor_in_base.translation();
   }
   for (const Observation& o : observations) {
     const SupportBasis& basis = fields_[o.field].basis;
     basis.features(points_, features_);
     panels_[o.field]->extend(basis, points_, features_, o.value, o.noise_variance);
-    for (std::size_t c = 0; c < poses_.size(); ++c) {
+    for (std::size_t c = 0; c < paths_.size(); ++c) {
       OnlineSparseGp& map = maps_[o.field][c];
       const double* phi = features_.data() + c;
       map.evaluate(basis, points_.col(c), phi, features_.cols(), evaluation_);
@@ -97,7 +97,7 @@ void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_bas
 void SamplePathMap::close_slice() {
   steps_in_slice_ = 0;
   for (std::size_t f = 0; f < fields_.size(); ++f) {
-    for (std::size_t c = 0; c < poses_.size(); ++c) {
+    for (std::size_t c = 0; c < paths_.size(); ++c) {
       maps_[f][c].end_slice();
       closed_[f].col(c) =
           Eigen::Map<const Eigen::VectorXd>(maps_[f][c].summary(), closed_[f].rows());
@@ -112,16 +112,16 @@ void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Rando
   // As many draws as paths, in random order: path c must not always get the c-th best particle.
   double cumulative = weights_[0];
   std::size_t from = 0;
-  drawn_.resize(poses_.size());
+  drawn_.resize(paths_.size());
   const double offset = random.uniform();
-  for (std::size_t c = 0; c < poses_.size(); ++c) {
-    const double u = (c + offset) / static_cast<double>(poses_.size());
+  for (std::size_t c = 0; c < paths_.size(); ++c) {
+    const double u = (c + offset) / static_cast<double>(paths_.size());
     while (u >= cumulative && from + 1 < weights_.size()) cumulative += weights_[++from];
     drawn_[c] = static_cast<int>(from);
   }
   for (std::size_t c = drawn_.size() - 1; c > 0; --c)
     std::swap(drawn_[c], drawn_[random.index(c + 1)]);
-  for (std::size_t c = 0; c < poses_.size(); ++c) poses_[c] = particles[drawn_[c]].pose;
+  for (std::size_t c = 0; c < paths_.size(); ++c) paths_[c] = particles[drawn_[c]];
 }
 
 void SamplePathMap::fill_panels(int field, PathPanels& panels) const {
@@ -135,7 +135,7 @@ void SamplePathMap::predict(int field, const Eigen::Matrix2Xd& points, const Par
                             Eigen::VectorXd& mean, Eigen::VectorXd& variance) const {
   // In double, whatever the filter itself runs in: this is what users see.
   const SupportBasis& basis = fields_[field].basis;
-  const auto panels = make_path_panels(basis, static_cast<int>(poses_.size()), slice_size_, recent_,
+  const auto panels = make_path_panels(basis, static_cast<int>(paths_.size()), slice_size_, recent_,
                                        Precision::double_precision);
   fill_panels(field, *panels);
   Features features;
@@ -147,14 +147,14 @@ void SamplePathMap::predict(int field, const Eigen::Matrix2Xd& points, const Par
 }
 
 void SamplePathMap::save(field_core::State& state) const {
-  Eigen::MatrixXd poses(3, poses_.size());
-  for (std::size_t c = 0; c < poses_.size(); ++c) poses.col(c) = poses_[c].vector();
-  state.set("sample_paths", poses);
+  Eigen::MatrixXd states(kStateSize, paths_.size());
+  for (std::size_t c = 0; c < paths_.size(); ++c) states.col(c) = pack(paths_[c]);
+  state.set("sample_paths", states);
   state.set("steps_in_slice", steps_in_slice_);
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     const auto rows = OnlineSparseGp::number_count(maps_[f][0].support_size(), slice_size_);
-    Eigen::MatrixXd numbers(rows, poses_.size());
-    for (std::size_t c = 0; c < poses_.size(); ++c) {
+    Eigen::MatrixXd numbers(rows, paths_.size());
+    for (std::size_t c = 0; c < paths_.size(); ++c) {
       const std::vector<double> all = maps_[f][c].numbers();
       numbers.col(c) = Eigen::Map<const Eigen::VectorXd>(all.data(), rows);
     }
@@ -164,8 +164,8 @@ void SamplePathMap::save(field_core::State& state) const {
 }
 
 void SamplePathMap::restore(const field_core::State& state) {
-  const auto paths = static_cast<Eigen::Index>(poses_.size());
-  const Eigen::MatrixXd poses = state.matrix("sample_paths", 3, paths);
+  const auto paths = static_cast<Eigen::Index>(paths_.size());
+  const Eigen::MatrixXd states = state.matrix("sample_paths", kStateSize, paths);
   const int steps = static_cast<int>(state.scalar("steps_in_slice"));
   std::vector<const Eigen::MatrixXd*> numbers, closed;
   for (std::size_t f = 0; f < fields_.size(); ++f) {
@@ -175,7 +175,7 @@ void SamplePathMap::restore(const field_core::State& state) {
     numbers.push_back(&state.matrix("map/" + name, rows, paths));
     closed.push_back(&state.matrix("closed/" + name, OnlineSparseGp::summary_size(m), paths));
   }
-  for (Eigen::Index c = 0; c < paths; ++c) poses_[c] = SE2(Eigen::Vector3d(poses.col(c)));
+  for (Eigen::Index c = 0; c < paths; ++c) paths_[c] = unpack(states.col(c));
   steps_in_slice_ = steps;
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     for (Eigen::Index c = 0; c < paths; ++c) maps_[f][c].restore(numbers[f]->col(c).data());

@@ -16,9 +16,9 @@ class SamplePathMap : public MapModel {
   SamplePathMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields);
 
   void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
-               field_core::Random& random) override;
+               const MotionModel& model, field_core::Random& random) override;
   void relocate(const ParticleSet& particles, field_core::Random& random) override;
-  void move(const field_core::OdometryMotion& motion, const field_core::OdometryMotionModel& model,
+  void move(const field_core::OdometryMotion& motion, const MotionModel& model,
             field_core::Random& random) override;
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
@@ -42,7 +42,7 @@ class SamplePathMap : public MapModel {
   int slice_size_;
   bool redraw_;
   Recent recent_;
-  std::vector<field_core::SE2> poses_;             // where each path stands
+  std::vector<RobotState> paths_;                  // where each path stands
   std::vector<std::vector<OnlineSparseGp>> maps_;  // [field][path]
   std::vector<Eigen::MatrixXd> closed_;            // [field]: summaries when the last slice closed
   std::vector<std::unique_ptr<PathPanels>> panels_;

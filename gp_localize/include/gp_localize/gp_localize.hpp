@@ -34,6 +34,8 @@ class GpLocalize {
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
+  /// Mean calibration of the odometry over the particles.
+  OdometryCalibration calibration() const;
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const;
   const std::vector<field_core::FieldInfo>& fields() const { return infos_; }
   field_core::MapRegion map_region() const;
@@ -46,7 +48,6 @@ class GpLocalize {
   void restore(const field_core::State& state);
 
  private:
-  void draw_particles(const field_core::SE2& mean, const Eigen::Matrix3d& covariance);
   bool moved_enough() const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult normalized_innovation() const;
@@ -56,11 +57,12 @@ class GpLocalize {
   Params params_;
   std::uint64_t seed_;
   field_core::Random random_;
-  field_core::OdometryMotionModel motion_model_;
+  MotionModel motion_model_;
   std::vector<FieldModel> models_;
   std::vector<field_core::FieldInfo> infos_;
   std::unique_ptr<MapModel> map_;
   ParticleSet particles_;
+  std::vector<field_core::WeightedPose> weighted_poses_;  // of particles_ before resampling
   field_core::Stamp stamp_{0};
   bool updated_ =
       false;  // since the start: the first measurement is used wherever the robot stands

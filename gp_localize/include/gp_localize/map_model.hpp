@@ -10,11 +10,38 @@
 #include "field_core/random.hpp"
 #include "field_core/state.hpp"
 #include "gp_localize/field_model.hpp"
+#include "gp_localize/odometry_calibration.hpp"
 
 namespace gp_localize {
 
+/// What one particle believes; also where a sample path stands.
+struct RobotState {
+  field_core::SE2 pose;
+  OdometryCalibration calibration;
+};
+
+/// The numbers of a robot state, for state files.
+constexpr int kStateSize = 6;
+Eigen::Matrix<double, kStateSize, 1> pack(const RobotState& state);
+RobotState unpack(const Eigen::Matrix<double, kStateSize, 1>& numbers);
+
+struct Particle : RobotState {
+  double weight = 1.0;
+};
+
 /// The filter's particles; weights sum to 1.
-using ParticleSet = std::vector<field_core::WeightedPose>;
+using ParticleSet = std::vector<Particle>;
+
+/// How robot states start and move: the odometry's noise and its systematic errors.
+struct MotionModel {
+  field_core::OdometryMotionModel odometry;
+  OdometryCalibrationModel calibration;
+
+  RobotState draw(const field_core::SE2& mean, const Eigen::Matrix3d& covariance,
+                  field_core::Random& random) const;
+  void move(const field_core::OdometryMotion& reported, RobotState& state,
+            field_core::Random& random) const;
+};
 
 /// Predictive moments of each observation of a step over particles and hypotheses, before the
 /// update.
@@ -27,14 +54,14 @@ class MapModel {
  public:
   virtual ~MapModel() = default;
 
-  /// Forgets everything; hypotheses start at poses drawn from N(pose, covariance).
+  /// Forgets everything; hypotheses start at states drawn around N(pose, covariance).
   virtual void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
-                       field_core::Random& random) = 0;
+                       const MotionModel& model, field_core::Random& random) = 0;
   /// The robot was moved or its pose given anew; the map is kept.
   virtual void relocate(const ParticleSet& particles, field_core::Random& random) = 0;
   /// The robot drove `motion`.
-  virtual void move(const field_core::OdometryMotion& motion,
-                    const field_core::OdometryMotionModel& model, field_core::Random& random) = 0;
+  virtual void move(const field_core::OdometryMotion& motion, const MotionModel& model,
+                    field_core::Random& random) = 0;
   /// log p(observations | particle) for each particle into `log_likelihood` (resized).
   virtual void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations,

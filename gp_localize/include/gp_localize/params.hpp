@@ -88,6 +88,28 @@ struct SupportParams {
   void validate() const;
 };
 
+/// Systematic errors of the odometry, estimated per particle. Not used while odom_alpha1..4 are all
+/// 0: odometry is then exact.
+struct CalibrationParams {
+  double translation_stddev = 0.0;
+  double rotation_stddev = 0.0;
+  double drift_stddev = 0.0;
+  double memory = 1000.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::non_negative;
+    v.number("translation_stddev", translation_stddev, {0.0, 1.0}, "1",
+             "prior of the logarithm of true over reported distance; 0: known to be right");
+    v.number("rotation_stddev", rotation_stddev, {0.0, 1.0}, "1",
+             "prior of the logarithm of true over reported turn");
+    v.number("drift_stddev", drift_stddev, {0.0, 1.0}, "rad/m",
+             "prior of the turn per metre that odometry does not see");
+    v.number("memory", memory, non_negative(), "m",
+             "driven distance over which the calibration wanders through its prior; 0: constant");
+  }
+};
+
 struct GpLocalizeParams {
   std::map<std::string, FieldParams> fields;
   int particles = 400;
@@ -101,6 +123,7 @@ struct GpLocalizeParams {
   Precision precision = Precision::single_precision;
   SupportParams support;
   field_core::OdometryNoise odometry_noise;
+  CalibrationParams odom_calibration;
   double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
   double initial_cov_xx = 0.25, initial_cov_yy = 0.25, initial_cov_aa = 0.0685;
   double update_min_d = 0.0, update_min_a = 0.0;
@@ -148,6 +171,7 @@ struct GpLocalizeParams {
              "translation noise from translation");
     v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
              "translation noise from rotation");
+    v.group("odom_calibration", odom_calibration, "systematic errors of the odometry, estimated");
     v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
     v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
     v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
