@@ -11,7 +11,7 @@ import sys
 import yaml
 
 # bag, the field whose map is drawn
-BAGS = [("office_wifi", "ap1"), ("hall_light", "light"), ("warehouse_magnetic", "mag_norm")]
+BAGS = [("office_wifi", "ap1"), ("hall_light", "light_lux"), ("warehouse_magnetic", "mag_norm")]
 COLUMNS = ["mean", "RMSE", "95 %", "final", "in 90 %", "steps/s", "x real time"]
 SEED = 1
 

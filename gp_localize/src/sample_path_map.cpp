@@ -74,19 +74,20 @@ void SamplePathMap::weigh(const ParticleSet& particles, const SE2& sensor_in_bas
 void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_base,
                           const std::vector<Observation>& observations,
                           field_core::Random& random) {
-  points_.resize(2, paths_.size());
+  path_points_.resize(2, paths_.size());
   for (std::size_t c = 0; c < paths_.size(); ++c) {
-    points_.col(c) = paths_[c].pose * sensor_in_base.translation();
+    path_points_.col(c) = paths_[c].pose * sensor_in_base.translation();
   }
   for (const Observation& o : observations) {
     const SupportBasis& basis = fields_[o.field].basis;
-    basis.features(points_, features_);
-    panels_[o.field]->extend(basis, points_, features_, o.value, o.noise_variance);
+    basis.features(path_points_, path_features_);
+    panels_[o.field]->extend(basis, path_points_, path_features_, o.value, o.noise_variance);
     for (std::size_t c = 0; c < paths_.size(); ++c) {
       OnlineSparseGp& map = maps_[o.field][c];
-      const double* phi = features_.data() + c;
-      map.evaluate(basis, points_.col(c), phi, features_.cols(), evaluation_);
-      map.append(points_.col(c), phi, features_.cols(), evaluation_, o.value, o.noise_variance);
+      const double* phi = path_features_.data() + c;
+      map.evaluate(basis, path_points_.col(c), phi, path_features_.cols(), evaluation_);
+      map.append(path_points_.col(c), phi, path_features_.cols(), evaluation_, o.value,
+                 o.noise_variance);
     }
   }
   if (++steps_in_slice_ < slice_size_) return;

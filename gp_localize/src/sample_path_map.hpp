@@ -47,9 +47,9 @@ class SamplePathMap : public MapModel {
   std::vector<Eigen::MatrixXd> closed_;            // [field]: summaries when the last slice closed
   std::vector<std::unique_ptr<PathPanels>> panels_;
   int steps_in_slice_ = 0;
-  // Kept between steps.
-  Features features_;
-  Eigen::Matrix2Xd points_;
+  // Kept between steps: of the particles, and of the paths.
+  Features features_, path_features_;
+  Eigen::Matrix2Xd points_, path_points_;
   OnlineSparseGp::Evaluation evaluation_;
   Eigen::Matrix2Xd moments_;
   std::vector<double> weights_;

@@ -1,0 +1,84 @@
+// predict() and update() allocate nothing once warm, and memory in use stays what it was, however
+// long the run. malloc itself is counted: Eigen and the standard library both end there.
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "gp_localize/gp_localize.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+}
+
+using namespace gp_localize;
+using field_core::SE2;
+using std::chrono::seconds;
+
+namespace {
+
+struct Case {
+  MapHypotheses map;
+  ObservationModelType model;
+};
+
+class Allocations : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Allocations, NoneAfterWarmUp) {
+  GpLocalizeParams p;
+  FieldParams f;
+  f.length_scales = {2.0, 2.0};
+  p.fields = {{"a", f}, {"b", f}};
+  p.map_hypotheses = GetParam().map;
+  p.observation_model = GetParam().model;
+  p.particles = 50;
+  p.sample_paths = 30;
+  p.support.region = {-5.0, -5.0, 5.0, 5.0};
+  p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
+  p.odom_calibration.translation_stddev = 0.05;
+  GpLocalize filter(p, 1);
+
+  SE2 truth;
+  field_core::Sample sample{seconds(0), {}, {{0, 0.0, 0.0}, {1, 0.0, 0.0}}};
+  const auto drive = [&](int from, int to) {
+    for (int t = from; t < to; ++t) {
+      truth = truth * SE2(0.3, 0.0, 0.15);
+      sample.stamp = seconds(t + 1);
+      sample.readings[0].value = std::sin(truth.x());
+      sample.readings[1].value = std::cos(truth.y());
+      filter.predict({seconds(t), seconds(t + 1), SE2(0.3, 0.0, 0.15)});
+      ASSERT_TRUE(filter.update(sample).applied);
+    }
+  };
+  drive(0, 300);  // every particle has owned a map, every slice has been full
+  const long before = allocations;
+  const std::size_t in_use = mallinfo2().uordblks;
+  drive(300, 3000);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(mallinfo2().uordblks, in_use);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Models, Allocations,
+    ::testing::Values(Case{MapHypotheses::sample_paths, ObservationModelType::online_pitc},
+                      Case{MapHypotheses::sample_paths,
+                           ObservationModelType::online_pitc_assimilated},
+                      Case{MapHypotheses::particle, ObservationModelType::online_pitc},
+                      Case{MapHypotheses::particle, ObservationModelType::fitc}));
+
+TEST(Allocations, AreCounted) {  // or the test above could not fail
+  const long before = allocations;
+  std::vector<double> memory(1000);
+  EXPECT_GT(allocations - before, 0);
+}
+
+}  // namespace
