@@ -5,9 +5,19 @@
 namespace field_ros {
 namespace detail {
 
+// YAML 1.1, which rosparam reads, takes 1e-08 for text: a number has a point before its exponent.
+std::string yaml_number(double value) {
+  std::string text = field_core::format_number(value);
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
 std::string yaml_list(const std::vector<double>& values) {
   std::string text;
-  for (const double v : values) text += (text.empty() ? "" : ", ") + field_core::format_number(v);
+  for (const double v : values) text += (text.empty() ? "" : ", ") + yaml_number(v);
   return "[" + text + "]";
 }
 

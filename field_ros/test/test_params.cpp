@@ -233,4 +233,11 @@ TEST(Params, CommentedYamlIsAConfigurationWithTheDefaults) {
                                    "| `fields/NAME/width` | required | m | > 0 | outer width |"));
 }
 
+TEST(Params, PrintedNumbersAreNumbersForRosparamToo) {  // 1e-08 is text in YAML 1.1
+  EXPECT_EQ("1.0e-08", field_ros::detail::yaml_number(1e-8));
+  EXPECT_EQ("1.5e-08", field_ros::detail::yaml_number(1.5e-8));
+  EXPECT_EQ("0.5", field_ros::detail::yaml_number(0.5));
+  EXPECT_EQ("-10", field_ros::detail::yaml_number(-10.0));
+}
+
 }  // namespace

@@ -34,6 +34,7 @@ std::string markdown_table(const std::vector<ParamDoc>& docs);
 
 namespace detail {
 
+std::string yaml_number(double value);
 std::string yaml_list(const std::vector<double>& values);
 std::string yaml_points(const std::vector<Eigen::Vector2d>& points);
 std::string yaml_texts(const std::vector<std::string>& texts);
@@ -53,7 +54,7 @@ class Documenter {
     add(key, "whole number", std::to_string(v), unit, allowed_numbers(r, {1, 1}), doc);
   }
   void number(const char* key, double& v, field_core::Range r, const char* unit, const char* doc) {
-    add(key, "number", field_core::format_number(v), unit, allowed_numbers(r, {1, 1}), doc);
+    add(key, "number", yaml_number(v), unit, allowed_numbers(r, {1, 1}), doc);
   }
   void flag(const char* key, bool& v, const char* doc) {
     add(key, "flag", v ? "true" : "false", "", "true, false", doc);
