@@ -10,7 +10,7 @@ from support.live import Node, advertised_by, start_test_node
 from support.runner import main
 
 
-def topics_ever_of(node.name):
+def topics_ever_of(name):
     """Topics below /name that were ever advertised or subscribed: the master remembers their types."""
     known = rosgraph.Master("/field_system_tests").getTopicTypes()
     return [topic for topic, _ in known if topic.startswith(f"/{name}/")]

@@ -8,7 +8,8 @@ from nav_msgs.msg import Odometry
 
 
 def _stamp(message, seconds):
-    message.header.stamp = genpy.Time.from_sec(seconds)
+    # Not Time.from_sec(), which cuts 100.2 to 100.199999999.
+    message.header.stamp = genpy.Time(0, round(seconds * 1e9))
     return message
 
 

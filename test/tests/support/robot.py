@@ -26,15 +26,21 @@ class Robot:
         self.odom = self.node.publisher("odom", Odometry)
         self.field = self.node.publisher("field", FieldMeasurement)
         wait_for(lambda: self.poses.subscriber.get_num_connections() > 0, "the node's ~pose")
-        self.start, self.driven = start, 0.0
+        self.start, self.driven, self._known = start, 0.0, 0
 
     def now(self):
         return self.start + self.driven
 
     def drive(self, seconds):
-        """Ten odometry messages and two measurements a second, until the node has used them all."""
-        begin = round(self.driven * 10)
-        end = begin + round(seconds * 10)
+        """Ten odometry messages and two measurements a second, until the node has used them all.
+
+        Two seconds at a time: the node's ~pose has a queue of ten, and no pose is to be lost.
+        """
+        end = round((self.driven + seconds) * 10)
+        while round(self.driven * 10) < end:
+            self._drive_ticks(round(self.driven * 10), min(end, round(self.driven * 10) + 20))
+
+    def _drive_ticks(self, begin, end):
         for tick in range(begin, end + 1):
             time = tick / 10.0
             if tick > begin or tick == 0:
@@ -43,25 +49,36 @@ class Robot:
                 self.measure(time)
         self.driven = end / 10.0
         last = end - (end - 2) % 5
-        wait_for(lambda: self._last_stamp() >= self.start + last / 10.0 - 1e-6,
-                 lambda: f"a pose at {self.start + last / 10.0}, newest is {self._last_stamp()}")
+        if last > begin:
+            wait_for(lambda: self._last_stamp() >= self.start + last / 10.0 - 1e-6,
+                     lambda: f"a pose at {self.start + last / 10.0}, newest is {self._last_stamp()}")
 
     def measure(self, time):
         x, y, _ = recordings.circle(time)
         self.field.publish(messages.measurement(self.start + time, light=recordings.light_at(x, y)))
 
     def restart_clock(self, start):
-        """The same drive again, at another time."""
-        self.start, self.driven = start, 0.0
+        """The same drive again, at another time; poses received before do not count any more.
+
+        Publishes the two odometry messages by which the node tells a restart. Measurements come over another
+        connection and may overtake them: wait for the reset before driving on.
+        """
+        self.start, self.driven, self._known = start, 0.1, len(self.poses.all())
+        for time in (0.0, 0.1):
+            self.odom.publish(messages.odometry(start + time, *recordings.circle(time)))
+
+    def received(self):
+        """Poses since the start of the clock."""
+        return self.poses.all()[self._known:]
 
     def _last_stamp(self):
-        last = self.poses.last()
-        return last.header.stamp.to_sec() if last else float("-inf")
+        received = self.received()
+        return received[-1].header.stamp.to_sec() if received else float("-inf")
 
     def errors(self, since=0.0):
         """Position errors [m] by stamp, of all poses received with a stamp of at least `since`."""
         found = {}
-        for message in self.poses.all():
+        for message in self.received():
             stamp = message.header.stamp.to_sec()
             if stamp >= since:
                 x, y, _ = recordings.circle(stamp - self.start)
@@ -70,7 +87,7 @@ class Robot:
 
     def check_poses(self, test, since=0.0):
         """Every pose is well formed: frame, finite, unit quaternion, covariance SPD."""
-        for message in self.poses.all():
+        for message in self.received():
             if message.header.stamp.to_sec() < since:
                 continue
             check_pose(test, message)
