@@ -1,5 +1,7 @@
 #include "field_ros/bag_input.hpp"
 
+#include <console_bridge/console.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -11,6 +13,15 @@ namespace field_ros {
 namespace {
 
 using field_core::DataError;
+
+/// ROS's libraries print lines of their own about damaged headers; the exception says all there is.
+class QuietLibraries {
+ public:
+  QuietLibraries() { console_bridge::noOutputHandler(); }
+  ~QuietLibraries() { console_bridge::restorePreviousOutputHandler(); }
+  QuietLibraries(const QuietLibraries&) = delete;
+  QuietLibraries& operator=(const QuietLibraries&) = delete;
+};
 
 [[noreturn]] void fail_damaged(const std::string& path, const std::exception& e) {
   throw DataError(path + ": the bag is truncated or damaged (" + e.what() +
@@ -30,6 +41,7 @@ BagInput::BagInput(const std::string& path) : path_(path) {
     throw DataError(path +
                     ": is not a bag; record one with 'rosbag record' or make one with csv_to_bag");
   }
+  const QuietLibraries quiet;
   try {
     bag_.open(path, rosbag::bagmode::Read);
     rosbag::View view(bag_);
@@ -67,6 +79,7 @@ void BagInput::require(const std::string& topic, const std::vector<std::string>&
 void BagInput::read(
     const std::vector<std::string>& topics,
     const std::function<void(const rosbag::MessageInstance&, double)>& on_message) const {
+  const QuietLibraries quiet;
   try {
     rosbag::View view(bag_, rosbag::TopicQuery(topics));
     const double total = std::max<double>(1.0, view.size());

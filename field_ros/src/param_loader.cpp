@@ -47,16 +47,22 @@ std::string unit_suffix(const char* unit) {
   return text.empty() || text == "1" ? "" : " [" + text + "]";
 }
 
+// 100000, not the shorter 1e+05.
+std::string plain_number(double value) {
+  const bool whole = std::abs(value) < 1e15 && value == std::floor(value);
+  return whole ? std::to_string(static_cast<long long>(value)) : format_number(value);
+}
+
 }  // namespace
 
 std::string describe_range(const Range& range) {
   const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
   if (low && high) {
-    return (range.open_low ? "above " : "") + format_number(range.low) + " to " +
-           format_number(range.high);
+    return (range.open_low ? "above " : "") + plain_number(range.low) + " to " +
+           plain_number(range.high);
   }
-  if (low) return (range.open_low ? "> " : ">= ") + format_number(range.low);
-  if (high) return "<= " + format_number(range.high);
+  if (low) return (range.open_low ? "> " : ">= ") + plain_number(range.low);
+  if (high) return "<= " + plain_number(range.high);
   return "";
 }
 
