@@ -2,9 +2,10 @@
 
 #include <cmath>
 
-#include "field_core/errors.hpp"
+#include "dense_path_bank.hpp"
 #include "particle_map.hpp"
 #include "sample_path_map.hpp"
+#include "sparse_path_bank.hpp"
 
 namespace gp_localize {
 
@@ -31,19 +32,29 @@ void MotionModel::move(const field_core::OdometryMotion& reported, RobotState& s
   calibration.wander(std::abs(reported.trans), state.calibration, random);
 }
 
+std::unique_ptr<PathBank> make_path_bank(const GpLocalizeParams& params, const FieldModel& field) {
+  switch (params.observation_model) {
+    case ObservationModelType::online_pitc:
+    case ObservationModelType::online_pitc_assimilated: {
+      const bool recent = params.observation_model == ObservationModelType::online_pitc;
+      return std::make_unique<SparsePathBank>(field, params.sample_paths, params.slice_size,
+                                              recent ? Recent::used : Recent::ignored,
+                                              params.precision);
+    }
+    case ObservationModelType::fitc:
+      return std::make_unique<SparsePathBank>(field, params.sample_paths, 1, Recent::used,
+                                              params.precision);
+    default:
+      return std::make_unique<DensePathBank>(field, params);
+  }
+}
+
 std::unique_ptr<MapModel> make_map_model(const GpLocalizeParams& params,
                                          const std::vector<FieldModel>& fields) {
-  GpLocalizeParams p = params;
-  if (params.observation_model == ObservationModelType::fitc) {
-    p.observation_model = ObservationModelType::online_pitc;
-    p.slice_size = 1;
-  } else if (params.observation_model != ObservationModelType::online_pitc &&
-             params.observation_model != ObservationModelType::online_pitc_assimilated) {
-    throw field_core::ParameterError(
-        "observation_model", "not offered yet; use online_pitc, online_pitc_assimilated or fitc");
+  if (params.map_hypotheses == MapHypotheses::particle) {
+    return std::make_unique<ParticleMap>(params, fields);
   }
-  if (p.map_hypotheses == MapHypotheses::particle) return std::make_unique<ParticleMap>(p, fields);
-  return std::make_unique<SamplePathMap>(p, fields);
+  return std::make_unique<SamplePathMap>(params, fields);
 }
 
 }  // namespace gp_localize

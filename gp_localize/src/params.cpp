@@ -28,6 +28,15 @@ void GpLocalizeParams::validate() const {
   if (fields.empty()) {
     throw ParameterError("fields", "names no field; give at least one, with its hyperparameters");
   }
+  const bool sparse = observation_model == ObservationModelType::online_pitc ||
+                      observation_model == ObservationModelType::online_pitc_assimilated ||
+                      observation_model == ObservationModelType::fitc;
+  if (map_hypotheses == MapHypotheses::particle && !sparse) {
+    throw ParameterError(
+        "observation_model",
+        "is one of the paper's baselines, which have shared sample paths; use "
+        "map_hypotheses: sample_paths, or online_pitc, online_pitc_assimilated, fitc");
+  }
 }
 
 }  // namespace gp_localize

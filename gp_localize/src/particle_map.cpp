@@ -10,9 +10,10 @@ namespace gp_localize {
 
 ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields)
     : fields_(fields),
-      slice_size_(params.slice_size),
-      recent_(params.observation_model == ObservationModelType::online_pitc ? Recent::used
-                                                                            : Recent::ignored) {
+      slice_size_(params.observation_model == ObservationModelType::fitc ? 1 : params.slice_size),
+      recent_(params.observation_model == ObservationModelType::online_pitc_assimilated
+                  ? Recent::ignored
+                  : Recent::used) {
   Maps blank;
   for (const FieldModel& field : fields_) {
     blank.emplace_back(static_cast<int>(field.basis.size()), slice_size_, recent_);

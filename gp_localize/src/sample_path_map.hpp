@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "gp_localize/map_model.hpp"
-#include "gp_localize/online_sparse_gp.hpp"
-#include "path_panels.hpp"
+#include "path_bank.hpp"
 
 namespace gp_localize {
 
@@ -33,26 +32,17 @@ class SamplePathMap : public MapModel {
 
  private:
   void close_slice();
-  /// Panels of one field from the closed summaries and the open rows of its maps.
-  void fill_panels(int field, PathPanels& panels) const;
   /// Paths continue from poses drawn from the particles, by low-variance sampling.
   void redraw_paths(const ParticleSet& particles, field_core::Random& random);
 
   std::vector<FieldModel> fields_;
   int slice_size_;
   bool redraw_;
-  Recent recent_;
-  std::vector<RobotState> paths_;                  // where each path stands
-  std::vector<std::vector<OnlineSparseGp>> maps_;  // [field][path]
-  std::vector<Eigen::MatrixXd> closed_;            // [field]: summaries when the last slice closed
-  std::vector<std::unique_ptr<PathPanels>> panels_;
+  std::vector<RobotState> paths_;                 // where each path stands
+  std::vector<std::unique_ptr<PathBank>> banks_;  // one per field
   int steps_in_slice_ = 0;
   // Kept between steps: of the particles, and of the paths.
-  Features features_, path_features_;
-  Eigen::Matrix2Xd points_, path_points_;
-  OnlineSparseGp::Evaluation evaluation_;
-  Eigen::Matrix2Xd moments_;
-  std::vector<double> weights_;
+  Eigen::Matrix2Xd points_, path_points_, moments_;
   std::vector<int> drawn_;
 };
 

@@ -81,7 +81,7 @@ class OnlineSparseGpTest : public ::testing::TestWithParam<std::tuple<KernelType
 
   void expect_equal(const OnlineSparseGp& gp, int count, const std::vector<int>& block,
                     int query_block) const {
-    for (const Eigen::Vector2d query :
+    for (const Eigen::Vector2d& query :
          {Eigen::Vector2d(1.0, 1.0), Eigen::Vector2d(7.3, 4.1), Eigen::Vector2d(x.col(count - 1)),
           Eigen::Vector2d(30.0, -20.0)}) {
       const auto expected =

@@ -117,6 +117,7 @@ struct GpLocalizeParams {
   int sample_paths = 400;
   int slice_size = 10;
   ObservationModelType observation_model = ObservationModelType::online_pitc;
+  int subset_size = 40;
   bool redraw_sample_paths = true;
   double likelihood_noise_scale = 2.0;
   double resample_threshold = 0.5;
@@ -151,6 +152,8 @@ struct GpLocalizeParams {
               {"sod_even", ObservationModelType::sod_even}},
              "online_pitc: eq. (12)-(13); online_pitc_assimilated: eq. (10)-(11); the rest: the "
              "paper's baselines");
+    v.number("subset_size", subset_size, {1, 10000}, "1",
+             "measurements that sod_truncate and sod_even keep (the paper: 10 and 40)");
     v.flag("redraw_sample_paths", redraw_sample_paths,
            "remark 3: once per slice the sample paths continue from poses drawn from the belief");
     v.number(

@@ -1,0 +1,77 @@
+"""What demo.py and results.py share: replaying a bag, and evaluating the replay."""
+import csv
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+
+import yaml
+
+
+def run(*command):
+    """Runs a program of the suite; its one-line error is the user's answer."""
+    command = [str(part) for part in command]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        sys.exit(f"'{' '.join(command)}' failed with exit code {done.returncode}")
+    return done.stdout
+
+
+def find(package):
+    return pathlib.Path(run("rospack", "find", package).strip())
+
+
+class Run:
+    """A recording with its configuration."""
+
+    def __init__(self, name, bag, config):
+        self.name, self.bag, self.config = name, bag, config
+        self.fields = yaml.safe_load(config.read_text())["fields"]
+
+    def variant(self, directory, **changes):
+        """The shipped configuration with some values changed; the file is written to directory."""
+        values = {**yaml.safe_load(self.config.read_text()), **changes}
+        file = directory / ("_".join(str(v) for v in changes.values()) + ".yaml")
+        file.write_text(f"# {self.config.name} with {changes}\n" + yaml.safe_dump(values))
+        return file
+
+    def replay(self, config, seed, directory):
+        run("rosrun", "gp_localize", "gp_localize_replay", "--bag", self.bag, "--config", config,
+            "--output", directory, "--seed", seed)
+
+    def evaluate(self, directory, field=None, title=None):
+        """field_eval's numbers by trajectory, odometry beside the estimate; a picture if a field is
+        named. Returns them and the duration."""
+        file = directory / "errors.json"
+        picture = []
+        if field:
+            picture = ["--plot", directory / "errors.png", "--map", directory / f"field_{field}.csv",
+                       "--map-unit", str(self.fields[field].get("unit", "1")), "--title", title]
+        run("rosrun", "field_core", "field_eval", "--truth", f"{self.bag}:/ground_truth",
+            "--estimate", directory / "estimate.csv",
+            "--baseline", f"odometry=odom:{self.bag}:/odom",
+            "--baseline", f"odometry, best scale=scaled:{self.bag}:/odom", "--json", file, *picture)
+        result = json.loads(file.read_text())
+        return {t["name"]: t for t in result["trajectories"]}, result["duration_s"]
+
+
+def bundled(name):
+    return Run(name, find("field_bags") / "bags" / f"{name}.bag",
+               find("field_config") / "bags" / f"{name}.gp_localize.yaml")
+
+
+def recording(folder, directory):
+    """A recording in the suite's CSV format, as a bag in directory."""
+    bag = directory / f"{folder.name}.bag"
+    run("rosrun", "field_bags", "csv_to_bag", "--odom", folder / "odom.csv", "--measurements",
+        folder / "measurements.csv", "--truth", folder / "truth.csv", "--output", bag)
+    return Run(folder.name, bag,
+               find("field_config") / "recordings" / f"{folder.name}.gp_localize.yaml")
+
+
+def speed(directory, duration):
+    """Steps per second, and how many times faster than real time."""
+    with open(directory / "timing.csv") as f:
+        seconds = [float(row["step_s"]) for row in csv.DictReader(f)]
+    return 1.0 / statistics.mean(seconds), duration / sum(seconds)

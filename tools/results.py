@@ -1,0 +1,68 @@
+#!/usr/bin/python3
+"""Replays the bundled bags and the published recordings over several seeds; writes a Markdown table."""
+import argparse
+import pathlib
+import statistics
+import sys
+
+import replays
+
+BAGS = ["office_wifi", "hall_light", "warehouse_magnetic"]
+RECORDINGS = ["gpl_pioneer", "gpl_ieq", "gpl_wss"]
+HEADER = ("| run | method | mean error [m] | min to max over seeds | RMSE [m] | 95 % [m] | in 90 % ellipse |\n"
+          "|---|---|---|---|---|---|---|\n")
+
+
+def row(run, method, all_errors):
+    means = [e["position_error_mean_m"] for e in all_errors]
+    inside = [e.get("share_inside_90_ellipse") for e in all_errors]
+    cells = [run, method, f"{statistics.mean(means):.2f}",
+             f"{min(means):.2f} to {max(means):.2f}" if len(means) > 1 else "-",
+             f"{statistics.mean(e['position_error_rmse_m'] for e in all_errors):.2f}",
+             f"{statistics.mean(e['position_error_p95_m'] for e in all_errors):.2f}",
+             "-" if None in inside else f"{100 * statistics.mean(inside):.0f} %"]
+    return "| " + " | ".join(cells) + " |\n"
+
+
+def rows_of(run, seeds, output):
+    output.mkdir(parents=True, exist_ok=True)
+    variants = [("a map per particle", run.variant(output, map_hypotheses="particle")),
+                ("the paper's sample paths", run.variant(output, map_hypotheses="sample_paths"))]
+    text = ""
+    for number, (method, config) in enumerate(variants):
+        errors = []
+        for seed in range(1, seeds + 1):
+            directory = output / f"{config.stem}_{seed}"
+            run.replay(config, seed, directory)
+            field = next(iter(run.fields)) if seed == 1 else None
+            errors.append(run.evaluate(directory, field, f"{run.name}: {method}")[0])
+            print(f"{run.name}, {method}, seed {seed}", file=sys.stderr)
+        if number == 0:
+            scaled = errors[0]["odometry, best scale"]
+            text += row(run.name, "odometry alone", [errors[0]["odometry"]])
+            text += row(run.name, f"odometry x {scaled['translation_scale']:.3f}", [scaled])
+        text += row(run.name, method, [e["estimate"] for e in errors])
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--data", type=pathlib.Path, required=True)
+    parser.add_argument("--output", type=pathlib.Path, required=True)
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    runs = [replays.bundled(name) for name in BAGS]
+    for name in RECORDINGS:
+        folder = arguments.data / name
+        if folder.is_dir():
+            runs.append(replays.recording(folder, arguments.output))
+        else:
+            print(f"skipped: {folder} is not there", file=sys.stderr)
+    table = HEADER + "".join(rows_of(r, arguments.seeds, arguments.output / r.name) for r in runs)
+    (arguments.output / "results.md").write_text(table)
+    print(table)
+
+
+if __name__ == "__main__":
+    main()
