@@ -3,6 +3,6 @@
 # length of the run. Usage: tools/bench.sh [benchmark flags, such as --benchmark_filter=step]
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 tools/install_dependencies.sh
-build_workspace --packages-up-to gp_localize
+testing=OFF build_workspace --packages-up-to gp_localize
 use_workspace
 rosrun gp_localize gp_localize_benchmark "$@"

@@ -3,6 +3,6 @@
 # are at hand. Usage: tools/results.sh [SEEDS]   (default 5; recordings in ../shared/data or FIELD_DATA_DIR)
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 tools/install_dependencies.sh
-build_workspace
+testing=OFF build_workspace
 use_workspace
 $python tools/results.py --seeds "${1:-5}" --data "${FIELD_DATA_DIR:-$root/../shared/data}" --output "$root/out/results"
