@@ -78,18 +78,20 @@ class BadConfigurations(ProgramTest):
         missing = self.folder / "no_such.yaml"
         self.assert_refused(replay(self.bag, missing, self.output), missing)
 
+    def explicit_support(self, *points, **field):
+        light = dict(recordings.TINY_CONFIG["fields"]["light"], **field)
+        support = {"selection": "explicit", "points": [list(p) for p in points], "size": len(points), "jitter": 0.0}
+        return self.replay(recordings.tiny_config(fields={"light": light}, support=support))
+
     def test_two_equal_support_points(self):
-        points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [1.0, 1.0]]
-        text = recordings.tiny_config(support={"selection": "explicit", "points": points, "size": 4,
-                                               "jitter": 0.0})
-        self.assert_refused(self.replay(text), self.config, "points", "1")
+        done = self.explicit_support((0.0, 0.0), (1.0, 2.0), (2.0, 0.0), (1.0, 2.0))
+        self.assert_refused(done, "support points 1 (1.0", "and 3 (1.0", "coincide", "remove one")
 
     def test_singular_kernel(self):
-        # Points far closer together than the length scale, and no jitter: the matrix has no inverse.
-        points = [[0.0, 0.0], [1e-9, 0.0], [0.0, 1e-9], [1e-9, 1e-9]]
-        text = recordings.tiny_config(support={"selection": "explicit", "points": points, "size": 4,
-                                               "jitter": 0.0})
-        self.assert_refused(self.replay(text), "jitter")
+        # Far closer together than the field changes, and no jitter: distinct, but the matrix has no inverse.
+        points = [(0.01 * i, 0.01 * j) for i in range(4) for j in range(4)]
+        done = self.explicit_support(*points, length_scales=[100.0, 100.0])
+        self.assert_refused(done, "light", "jitter")
 
     def test_no_motion_noise_and_an_exact_start_are_legal(self):
         exact = {key: 0.0 for key in ("odom_alpha1", "odom_alpha2", "odom_alpha3", "odom_alpha4",

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Each bundled bag through gp_localize_replay and field_eval: errors from above and from below.
 
-The bounds come from a dozen seeds of the shipped configurations (README.md, "Where the bounds come from").
+The bounds come from runs of several seeds of the shipped configurations (README.md, "Where the bounds come from").
 The lower ones are there because a localizer that is too good has seen the truth.
 """
 import json
+import typing
 import unittest
 
 import numpy as np
@@ -17,18 +18,19 @@ from support.runner import main
 SEED = 1
 
 
-class Bounds:
-    def __init__(self, mean_error_m, share_of_odometry, share_inside_ellipse, final_error_m):
-        self.mean_error_m = mean_error_m                  # least, most
-        self.share_of_odometry = share_of_odometry        # most: mean error / odometry's
-        self.share_inside_ellipse = share_inside_ellipse  # least, most, of the 90 % ellipse
-        self.final_error_m = final_error_m                # most
+class Bounds(typing.NamedTuple):
+    mean_error_m: tuple          # least, most
+    share_of_odometry: float     # most: mean error / odometry's
+    final_error_m: float         # most
+    share_inside_ellipse: tuple  # least, most; 0.9 is ideal
+    nees: tuple                  # least, most; 3 is ideal
 
 
 BOUNDS = {
-    "hall_light": Bounds((0.05, 1.0), 0.5, (0.5, 1.0), 2.0),
-    "office_wifi": Bounds((0.05, 1.0), 0.5, (0.5, 1.0), 2.0),
-    "warehouse_magnetic": Bounds((0.05, 1.0), 0.5, (0.5, 1.0), 2.0),
+    "hall_light": Bounds((0.15, 1.2), 0.45, 1.5, (0.4, 0.98), (1.0, 20.0)),
+    # Overcautious: all inside the ellipse on some seeds; the NEES bounds that from below.
+    "office_wifi": Bounds((0.15, 0.9), 0.15, 1.0, (0.85, 1.0), (0.7, 5.0)),
+    "warehouse_magnetic": Bounds((0.2, 2.0), 0.55, 3.0, (0.25, 0.97), (1.0, 40.0)),
 }
 
 
@@ -50,14 +52,12 @@ class BundledBags(ProgramTest):
         self.must(replay(bag, workspace.config(name), self.output, "--seed", SEED))
         result = evaluate(bag, self.output / "estimate.csv", self.folder / "errors.json")
         estimate, odometry = result["estimate"], result["odometry"]
-        print({k: estimate[k] for k in ("poses", "position_error_mean_m", "position_error_final_m",
-                                        "share_inside_90_ellipse", "nees")},
-              "odometry", odometry["position_error_mean_m"])
         self.assert_within(estimate["position_error_mean_m"], *bounds.mean_error_m)
         self.assert_within(estimate["position_error_mean_m"] / odometry["position_error_mean_m"], 0.0,
                            bounds.share_of_odometry)
         self.assert_within(estimate["position_error_final_m"], 0.0, bounds.final_error_m)
         self.assert_within(estimate["share_inside_90_ellipse"], *bounds.share_inside_ellipse)
+        self.assert_within(estimate["nees"], *bounds.nees)
         self.check_estimates(bag, estimate["position_error_mean_m"])
         self.check_summary()
         self.check_maps(yaml.safe_load(workspace.config(name).read_text())["fields"])
