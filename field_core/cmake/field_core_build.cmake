@@ -38,6 +38,8 @@ macro(field_library name)
   field_install_places()
   add_library(${name} ${ARGN})
   target_compile_options(${name} PRIVATE ${FIELD_WARNINGS})
+  # Finds the suite's other libraries beside it, wherever they are installed.
+  set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN")
   target_include_directories(${name} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   install(TARGETS ${name} ARCHIVE DESTINATION ${_lib} LIBRARY DESTINATION ${_lib} RUNTIME DESTINATION bin)
