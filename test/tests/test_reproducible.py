@@ -1,11 +1,10 @@
 #!/usr/bin/python3
 """The same bag, configuration and seed give the same bytes; another seed gives others."""
 import filecmp
-import unittest
 
 import yaml
 
-from support import workspace
+from support import recordings, workspace
 from support.programs import ProgramTest, replay
 from support.runner import main
 
@@ -45,12 +44,11 @@ class Reproducible(ProgramTest):
         self.run_twice_and_differently(workspace.bag("hall_light"), config)
 
     def test_seed_of_the_configuration_is_the_one_of_the_command_line(self):
-        values = yaml.safe_load(workspace.config("hall_light").read_text())
-        values.update(seed=7)
-        config = self.write("seeded.yaml", yaml.safe_dump(values))
-        bag = workspace.bag("hall_light")
-        self.must(replay(bag, config, self.folder / "file"))
-        self.must(replay(bag, workspace.config("hall_light"), self.folder / "option", "--seed", 7))
+        bag = recordings.write_bag(self.folder / "circle.bag", recordings.circling())
+        plain = self.write("plain.yaml", recordings.tiny_config())
+        seeded = self.write("seeded.yaml", recordings.tiny_config(seed=7))
+        self.must(replay(bag, seeded, self.folder / "file"))
+        self.must(replay(bag, plain, self.folder / "option", "--seed", 7))
         self.assertEqual(differing(self.folder / "file", self.folder / "option"), [])
 
 
