@@ -6,7 +6,6 @@ The lower ones are there because a localizer that is too good has seen the truth
 """
 import json
 import typing
-import unittest
 
 import numpy as np
 import yaml
