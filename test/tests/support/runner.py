@@ -2,6 +2,7 @@
 
 rosunit's own runner writes no <skipped>: a test that did not run would be counted as passed.
 """
+import pathlib
 import sys
 import time
 import unittest
@@ -61,6 +62,7 @@ class Result(unittest.TextTestResult):
                                           time=f"{seconds:.3f}")
             if tag:
                 ElementTree.SubElement(case, tag, type=tag, message=text[-2000:]).text = text
+        pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)
         ElementTree.ElementTree(suite).write(path, encoding="utf-8", xml_declaration=True)
 
 
