@@ -18,7 +18,7 @@ build_workspace() {
   note "building the workspace"
   CMAKE_BUILD_PARALLEL_LEVEL=$(nproc) MAKEFLAGS=${MAKEFLAGS:--j$(nproc)} colcon_ build \
     --base-paths "$root" --build-base "$build_dir" --install-base "$install_dir" --merge-install \
-    --executor sequential --event-handlers console_stderr- "$@" \
+    --parallel-workers 2 --event-handlers console_stderr- "$@" \
     --cmake-args -DPYTHON_EXECUTABLE=$python -DCMAKE_BUILD_TYPE=Release \
     -DCATKIN_ENABLE_TESTING=${testing:-ON}
 }

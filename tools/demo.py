@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Replays bundled bags through gp_localize; prints one table and draws the pictures."""
 import argparse
+import concurrent.futures
+import os
 import pathlib
 import sys
 
@@ -52,7 +54,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=pathlib.Path, required=True)
     output = parser.parse_args().output
-    print_table({name: replay(name, field, output / name) for name, field in BAGS})
+    with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        rows = pool.map(lambda bag: replay(*bag, output / bag[0]), BAGS)
+        print_table(dict(zip([name for name, _ in BAGS], rows)))
     print(f"\npictures and all numbers: {output}")
 
 
