@@ -78,8 +78,7 @@ class Node {
   }
 
   void on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
-    session_.on_initialpose(message);
-    on_replaced();
+    if (session_.on_initialpose(message)) on_replaced();
   }
 
   void on_step(const SessionStep& step) {

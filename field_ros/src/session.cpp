@@ -71,12 +71,16 @@ bool Session::unstamped(Stamp stamp) const {
   return stamp == Stamp(0) && newest && newest->stamp > Stamp(0);
 }
 
-void Session::on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+bool Session::on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
   const auto guess = check_initialpose(message, params_.global_frame_id);
-  if (!guess) return drop(guess.reason);
+  if (!guess) {
+    drop(guess.reason);
+    return false;
+  }
   merge_.move_anchor(guess.value->stamp);
   estimator_->set_pose(guess.value->pose, guess.value->covariance);
   refresh_belief(merge_.anchor() ? merge_.anchor()->stamp : guess.value->stamp);
+  return true;
 }
 
 std::size_t Session::finish() {

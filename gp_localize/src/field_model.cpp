@@ -28,7 +28,8 @@ std::vector<FieldModel> make_field_models(const GpLocalizeParams& params) {
            SupportBasis(kernel, select_support(params.support, kernel, noise_variance),
                         params.support.jitter, params.support.noisy ? noise_variance : 0.0)});
     } catch (const field_core::NumericalError& error) {
-      throw field_core::NumericalError("field '" + name + "': " + error.what());
+      // The cause is in the configuration: a parameter error gets file and line.
+      throw field_core::ParameterError("support", "field '" + name + "': " + error.what());
     }
   }
   return models;

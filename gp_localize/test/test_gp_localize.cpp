@@ -309,7 +309,7 @@ TEST(GpLocalizeTest, RefusesWhatCannotWork) {
   try {
     GpLocalize filter(p, 1);
     FAIL() << "two equal support points were accepted";
-  } catch (const field_core::NumericalError& error) {
+  } catch (const field_core::ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("heat"), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("coincide"), std::string::npos);
   }

@@ -4,7 +4,7 @@
 //
 //   E::Params                                       struct declared as params.hpp says
 //   static constexpr const char* E::kName           the package's name
-//   E(const Params&, std::uint64_t seed)            @throws ParameterError, NumericalError
+//   E(const Params&, std::uint64_t seed)            @throws ParameterError
 //   void predict(const OdometryIncrement&)          motion since the last predict
 //   UpdateResult update(const Sample&)              one measurement, taken where predict() left off
 //   Belief belief() const

@@ -56,7 +56,8 @@ class Session {
   /// None of these throws because of a message: what cannot be used is dropped and counted.
   void on_odometry(const nav_msgs::Odometry& message);
   void on_field(const field_msgs::FieldMeasurement& message);
-  void on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message);
+  /// False if the pose cannot be used; the belief is unchanged then.
+  bool on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message);
   /// No more messages: processes what only waited for the reorder window. Returns how many
   /// measurements are left without odometry.
   std::size_t finish();

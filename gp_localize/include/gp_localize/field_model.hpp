@@ -27,7 +27,7 @@ struct Observation {
 };
 
 /// Builds the models of all fields over one support set, ordered by name.
-/// @throws ParameterError, NumericalError naming the field
+/// @throws ParameterError naming the field, for a support set that cannot be used too
 std::vector<FieldModel> make_field_models(const GpLocalizeParams& params);
 
 }  // namespace gp_localize
