@@ -1,7 +1,9 @@
 // Cost of a filter step: how it grows with particles, paths, support points and fields, and that it
 // does not grow with the length of the run. Repeat: rosrun gp_localize gp_localize_benchmark
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
+#include <chrono>
 #include <cmath>
 #include <string>
 
@@ -79,6 +81,23 @@ BENCHMARK(step)
     ->Unit(benchmark::kMillisecond)
     ->MinTime(1.0);
 
+/// A map per particle: particles, support points, fields
+void particle_map_step(benchmark::State& state) {
+  auto p = params(state.range(0), 1, state.range(1), state.range(2));
+  p.map_hypotheses = gp_localize::MapHypotheses::particle;
+  GpLocalize filter(p, 1);
+  Drive drive(state.range(2));
+  for (int i = 0; i < 20; ++i) drive.step(filter);
+  for (auto _ : state) drive.step(filter);
+}
+BENCHMARK(particle_map_step)
+    ->ArgNames({"particles", "support", "fields"})
+    ->Args({400, 40, 1})
+    ->Args({400, 40, 6})
+    ->Args({5000, 40, 6})
+    ->Args({400, 120, 1})
+    ->Unit(benchmark::kMillisecond);
+
 /// The same step after 0, 1000, 10000 steps: the times should agree.
 void step_after(benchmark::State& state) {
   GpLocalize filter(params(200, 200, 40, 1), 1);
@@ -92,6 +111,37 @@ BENCHMARK(step_after)
     ->Arg(1000)
     ->Arg(10000)
     ->Unit(benchmark::kMillisecond);
+
+/// 20,000 steps: mean step time of the last tenth over that of the second tenth, and the memory
+/// that came into use between them. 0 sample paths, 1 map per particle
+void long_run(benchmark::State& state) {
+  constexpr int kSteps = 20000, kTenth = kSteps / 10;
+  auto p = params(100, 100, 40, 2);
+  if (state.range(0) == 1) p.map_hypotheses = gp_localize::MapHypotheses::particle;
+  for (auto _ : state) {
+    GpLocalize filter(p, 1);
+    Drive drive(2);
+    double second_tenth = 0.0, last_tenth = 0.0;
+    std::size_t before = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      if (i == 2 * kTenth) before = mallinfo2().uordblks;
+      const auto start = std::chrono::steady_clock::now();
+      drive.step(filter);
+      const double taken =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      if (i / kTenth == 1) second_tenth += taken;
+      if (i / kTenth == 9) last_tenth += taken;
+    }
+    state.counters["time_ratio"] = last_tenth / second_tenth;
+    state.counters["memory_growth_bytes"] = static_cast<double>(mallinfo2().uordblks - before);
+  }
+}
+BENCHMARK(long_run)
+    ->ArgName("particle_maps")
+    ->Arg(0)
+    ->Arg(1)
+    ->Iterations(1)
+    ->Unit(benchmark::kSecond);
 
 }  // namespace
 
