@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hypothesis_kernels.hpp"
+#include "vector_kernels.hpp"
 
 namespace gp_localize {
 namespace {

@@ -143,10 +143,8 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
   panels->assimilate(summaries);
   panels->weight(weights);
   extend_by_open_rows(basis, maps, *panels);
-  Features features;
   Eigen::Matrix2Xd moments;
-  basis.features(points, features);
-  panels->add(basis, points, features, 0.0, 0.0, nullptr, moments);
+  panels->add(basis, points, 0.0, 0.0, nullptr, moments);
   mean = moments.row(0).transpose();
   variance = (moments.row(1) - moments.row(0).cwiseAbs2()).transpose().cwiseMax(0.0);
 }
