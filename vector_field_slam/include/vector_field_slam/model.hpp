@@ -37,13 +37,6 @@ struct ChannelModel {
 std::vector<ChannelModel> make_channels(const VectorFieldSlamParams& params);
 std::vector<field_core::FieldInfo> field_infos(const VectorFieldSlamParams& params);
 
-/// One reading that a solver is to use.
-struct Observation {
-  int channel = 0;
-  double value = 0.0;
-  double variance = 0.0;  ///< > 0
-};
-
 /// The same for M channels.
 template <int M>
 struct Model {

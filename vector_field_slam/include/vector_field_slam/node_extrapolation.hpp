@@ -59,4 +59,52 @@ ExtrapolationSource extrapolation_source(GridIndex node, const Find& find) {
   return {};
 }
 
+/// A node that a cell needs and the map does not have yet.
+struct NewNode {
+  GridIndex index;
+  ExtrapolationSource source;
+};
+
+/// Which of a cell's missing nodes comes next: one with two known nodes in line, if there is any. A
+/// corner may get its own only once another node of the cell is there. At least one must be
+/// missing.
+template <class Find>
+NewNode next_new_node(GridIndex cell, const Find& find) {
+  NewNode next;
+  bool any = false;
+  for (int j = 0; j < 4; ++j) {
+    const GridIndex index = cell_node(cell, j);
+    if (find(index) >= 0) continue;
+    const ExtrapolationSource source = extrapolation_source(index, find);
+    if (!any || (next.source.near < 0 && source.near >= 0)) next = {index, source};
+    any = true;
+  }
+  return next;
+}
+
+/// Values for a new node that no two known nodes are in line with: the field as the readings at the
+/// sensor's pose suggest, and for channels without a reading the mean of the nodes around.
+/// @param nodes values of four nodes @param values M numbers, set
+template <class S, int M>
+void suggested_values(const SensorModel<S, M>& model, const GridGeometry<S>& grid,
+                      const SensorPose<S>& sensor, const S* offset, const Observation<S>* readings,
+                      int count, const S* const* nodes, S* values) {
+  S reading[M];
+  bool seen[M] = {};
+  for (int k = 0; k < count; ++k) {
+    reading[readings[k].channel] = readings[k].value;
+    seen[readings[k].channel] = true;
+  }
+  for (int i = 0; i < M; ++i) {
+    const int partner = model.channels[i].partner;
+    if (seen[i] && (partner < 0 || seen[partner])) {
+      values[i] =
+          model.field_value(i, sensor, offset, sensor.x - grid.origin_x, sensor.y - grid.origin_y,
+                            reading[i], partner < 0 ? S(0) : reading[partner]);
+    } else {
+      values[i] = S(0.25) * (nodes[0][i] + nodes[1][i] + nodes[2][i] + nodes[3][i]);
+    }
+  }
+}
+
 }  // namespace vector_field_slam

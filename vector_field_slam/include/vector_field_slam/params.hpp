@@ -6,6 +6,7 @@
 
 #include "field_core/odometry_motion_model.hpp"
 #include "field_core/params.hpp"
+#include "vector_field_slam/eseif_config.hpp"
 
 namespace vector_field_slam {
 
@@ -35,7 +36,6 @@ struct ChannelParams {
 
 enum class SolverType { ekf, eseif, batch };
 enum class SensorModelType { beacon_pairs, scalar, magnetic, range };
-enum class Relocation { shared_nodes, blank };
 
 struct VectorFieldSlamParams {
   double cell_size = 1.0;

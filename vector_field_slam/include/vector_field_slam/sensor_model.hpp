@@ -29,6 +29,14 @@ struct Channel {
 constexpr int kPose = 3;
 constexpr int kRobot = 5;
 
+/// One reading that a solver is to use.
+template <class S>
+struct Observation {
+  int channel;
+  S value;
+  S variance;  ///< Q, > 0
+};
+
 /// Where the sensor sits on the robot.
 template <class S>
 struct Mounting {
@@ -143,16 +151,23 @@ struct SensorModel {
   }
 };
 
-/// The row of H of a reading over the local variables (x, y, yaw, c_x, c_y, then M values for each
-/// of the cell's four nodes in cell_node order): eq. (18). @param row kRobot + 4 M numbers, all set
+/// d z / d (values of the cell's nodes): M values for each of the four nodes in cell_node order.
+/// @param row 4 M numbers, all set
+template <class S, int M>
+void node_row(const ChannelPrediction<S>& p, const Interpolation<S>& at, int channel, S* row) {
+  for (int i = 0; i < 4 * M; ++i) row[i] = S(0);
+  for (int j = 0; j < 4; ++j) {
+    row[j * M + channel] = at.w[j] * p.own;
+    if (p.partner >= 0) row[j * M + p.partner] = at.w[j] * p.other;
+  }
+}
+
+/// The row of H (eq. 18) of a reading over x, y, yaw, c_x, c_y and the values of the cell's nodes.
+/// @param row kRobot + 4 M numbers, all set
 template <class S, int M>
 void local_row(const ChannelPrediction<S>& p, const Interpolation<S>& at, int channel, S* row) {
   for (int i = 0; i < kRobot; ++i) row[i] = p.robot[i];
-  for (int i = kRobot; i < kRobot + 4 * M; ++i) row[i] = S(0);
-  for (int j = 0; j < 4; ++j) {
-    row[kRobot + j * M + channel] = at.w[j] * p.own;
-    if (p.partner >= 0) row[kRobot + j * M + p.partner] = at.w[j] * p.other;
-  }
+  node_row<S, M>(p, at, channel, row + kRobot);
 }
 
 }  // namespace vector_field_slam

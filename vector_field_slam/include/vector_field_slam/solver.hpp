@@ -34,7 +34,7 @@ class Solver {
   /// One sample: enters the sensor's cell, adding nodes as needed, and updates by the readings.
   /// @param observations `count` of them, distinct channels
   virtual field_core::UpdateResult observe(const Mounting<double>& mounting,
-                                           const Observation* observations, int count) = 0;
+                                           const Observation<double>* observations, int count) = 0;
   /// The pose is set from outside (/initialpose): independent of the map from now on.
   virtual void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) = 0;
 
