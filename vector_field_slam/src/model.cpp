@@ -44,9 +44,11 @@ std::vector<ChannelModel> make_channels(const VectorFieldSlamParams& params) {
       c.role.kind = ChannelKind::range;
     }
     c.noise_variance = square(p.noise_stddev);
-    c.prior_variance = square(p.prior_stddev > 0.0 ? p.prior_stddev : 10.0 * p.noise_stddev);
+    c.interpolation_variance = square(p.interpolation_stddev);
+    const double prior = p.prior_stddev > 0.0 ? p.prior_stddev : 10.0 * p.noise_stddev;
+    c.prior_variance = square(prior);
     c.extrapolation_variance =
-        square(p.extrapolation_stddev > 0.0 ? p.extrapolation_stddev : 5.0 * p.noise_stddev);
+        square(p.extrapolation_stddev > 0.0 ? p.extrapolation_stddev : 0.5 * prior);
     channels.push_back(c);
   }
   return channels;

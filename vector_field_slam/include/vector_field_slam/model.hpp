@@ -27,7 +27,8 @@ constexpr int kMostChannels = 8;
 /// Variances and roles of the channels that do not depend on their number.
 struct ChannelModel {
   Channel role;
-  double noise_variance = 0.0;          ///< Q, channel unit squared
+  double noise_variance = 0.0;          ///< of the sensor, channel unit squared
+  double interpolation_variance = 0.0;  ///< of the field between nodes; Q is the sum of both
   double prior_variance = 0.0;          ///< eq. (13), node unit squared
   double extrapolation_variance = 0.0;  ///< S of eq. (14), node unit squared
 };
@@ -43,7 +44,7 @@ struct Model {
   GridGeometry<double> grid;
   SensorModel<double, M> sensor;
   ExtrapolationFactors<double, M> extrapolation;
-  double noise_variance[M], prior_variance[M], extrapolation_variance[M];
+  double prior_variance[M], extrapolation_variance[M];
 
   Model(const VectorFieldSlamParams& params, const std::vector<ChannelModel>& channels)
       : grid(GridGeometry<double>::around(params.initial_pose_x, params.initial_pose_y,
@@ -53,7 +54,6 @@ struct Model {
                                            ? Extrapolation::common
                                            : Extrapolation::linear) {
     for (int i = 0; i < M; ++i) {
-      noise_variance[i] = channels[i].noise_variance;
       prior_variance[i] = channels[i].prior_variance;
       extrapolation_variance[i] = channels[i].extrapolation_variance;
     }

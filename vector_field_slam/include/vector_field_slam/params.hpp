@@ -14,6 +14,7 @@ namespace vector_field_slam {
 struct ChannelParams {
   std::string unit = "1";
   double noise_stddev = 0.1;
+  double interpolation_stddev = 0.0;
   double prior_stddev = 0.0;
   double extrapolation_stddev = 0.0;
 
@@ -23,14 +24,16 @@ struct ChannelParams {
     v.text("unit", unit, "unit of the values, shown on maps");
     v.required("noise_stddev")
         .number("noise_stddev", noise_stddev, field_core::positive(), "channel unit",
-                "of one measurement, the error of interpolating between nodes included: several "
-                "times the sensor's own noise where the field bends within a cell");
+                "of one measurement; a variance in the message replaces it");
+    v.number("interpolation_stddev", interpolation_stddev, non_negative(), "channel unit",
+             "by which the field differs from the straight surface between the nodes of a cell; "
+             "always added to the noise. Too small, and the filter is over-confident");
     v.number("prior_stddev", prior_stddev, non_negative(), "node unit",
              "of a node's value before any measurement (eq. 13); 0: 10 times noise_stddev. The "
              "node unit is the channel's, but m^2 for sensor_model: range");
     v.number("extrapolation_stddev", extrapolation_stddev, non_negative(), "node unit",
-             "by which a new node may differ from its extrapolation (S of eq. 14); 0: 5 times "
-             "noise_stddev");
+             "by which a new node may differ from its extrapolation (S of eq. 14); 0: half of "
+             "prior_stddev");
   }
 };
 
