@@ -16,7 +16,9 @@ SuffixProcess::SuffixProcess(int capacity, int hypotheses)
       evidence_(Eigen::VectorXd::Zero(hypotheses)),
       factors_(static_cast<std::size_t>(hypotheses)) {
   for (Factor& f : factors_) {
-    f.rows.resize(static_cast<std::size_t>(capacity) * static_cast<std::size_t>(capacity + 1) / 2);
+    // One row more than can be held: the row of a prediction.
+    f.rows.resize(static_cast<std::size_t>(capacity + 1) * static_cast<std::size_t>(capacity + 2) /
+                  2);
     f.white = Eigen::VectorXd::Zero(capacity);
   }
 }

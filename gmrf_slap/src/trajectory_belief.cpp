@@ -204,6 +204,26 @@ void TrajectoryBelief::merge_into(FieldBank& fields) const {
   fields.changed();
 }
 
+Eigen::VectorXd TrajectoryBelief::field_mean(const FieldMixture& field, std::size_t index) const {
+  if (version_ == 0) return field.site_mean();  // restored, not used yet
+  Eigen::VectorXd probability = Eigen::VectorXd::Zero(field.hypotheses());
+  std::vector<Eigen::VectorXd> site_weights(field.thetas.size(), Eigen::VectorXd::Zero(sites_));
+  for (std::size_t p = 0; p < count_; ++p) {
+    hypotheses_of(field, index, p);
+    for (int l = 0; l < field.hypotheses(); ++l) {
+      const double w = weights_[static_cast<Eigen::Index>(p)] * theta_[l];
+      probability[l] += w;
+      tracks_[p][index].add_site_weights(l, w, site_weights[static_cast<std::size_t>(l)]);
+    }
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(sites_);
+  for (std::size_t l = 0; l < field.thetas.size(); ++l) {
+    mean += probability[static_cast<Eigen::Index>(l)] * field.given[l]->mean();
+    mean += field.given[l]->multiply(site_weights[l]);
+  }
+  return mean;
+}
+
 void TrajectoryBelief::advance(FieldBank& fields) {
   const int steps = std::max(1, lag_ / 4);
   merge(fields, steps);

@@ -32,6 +32,7 @@ class TrajectoryBelief final : public RobotBelief {
                                   const field_core::SE2& sensor_in_base) override;
   field_core::Belief belief() const override { return belief_; }
   void merge_into(FieldBank& fields) const override;
+  Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const override;
   double left_out_mass() const override { return 0.0; }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;

@@ -29,8 +29,11 @@ class RobotBelief {
                                           const field_core::SE2& sensor_in_base) = 0;
   /// Its stamp is not set.
   virtual field_core::Belief belief() const = 0;
-  /// Brings what only this belief knows of the fields into them.
+  /// Brings what only this belief knows of the fields into them, by moment matching.
   virtual void merge_into(FieldBank& fields) const = 0;
+  /// Mean of a field at all sites, a deviation from the prior mean, with what only this belief
+  /// knows: the exact mixture over its hypotheses.
+  virtual Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const = 0;
   /// Share of the posterior mass that the last update left out.
   virtual double left_out_mass() const = 0;
 
