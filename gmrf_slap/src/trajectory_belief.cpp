@@ -13,6 +13,10 @@ namespace gmrf_slap {
 using field_core::SE2;
 using field_core::UpdateResult;
 
+namespace {
+constexpr double kPi = 3.14159265358979323846;
+}  // namespace
+
 TrajectoryBelief::TrajectoryBelief(const GmrfSlapParams& params, const FieldBank& fields,
                                    std::uint64_t seed)
     : count_(static_cast<std::size_t>(params.particles)),
@@ -48,10 +52,19 @@ void TrajectoryBelief::scatter(const FieldBank& fields) {
   const Lattice& lattice = fields.lattice();
   const Eigen::Vector2d low = lattice.position(0), high = lattice.position(lattice.sites() - 1);
   const double half = 0.5 * lattice.spacing();
+  // Evenly spread (the additive sequence of the plastic number's powers, Roberts 2018, shifted at
+  // random): fewer holes than independent draws leave.
+  const double u = random_.uniform(), v = random_.uniform(), w = random_.uniform();
+  const auto spread = [](double shift, double step, double k, double from, double to) {
+    const double x = shift + step * k;
+    return from + (to - from) * (x - std::floor(x));
+  };
+  double k = 0.0;
   for (SE2& pose : poses_) {
-    const double x = random_.uniform(low.x() - half, high.x() + half);
-    const double y = random_.uniform(low.y() - half, high.y() + half);
-    pose = SE2(x, y, random_.uniform(-3.14159265358979, 3.14159265358979));
+    pose = SE2(spread(u, 0.8191725133961645, k, low.x() - half, high.x() + half),
+               spread(v, 0.6710436067037893, k, low.y() - half, high.y() + half),
+               spread(w, 0.5497004779019703, k, -kPi, kPi));
+    k += 1.0;
   }
   log_weights_.setZero();
   normalize_weights();
