@@ -76,6 +76,7 @@ void LatticeBelief::predict(const SE2& delta) {
   Eigen::Matrix3d covariance;
   covariance << covariance_, yaw_covariance_.transpose(), yaw_covariance_, yaw_variance_;
   covariance = prediction.covariance(covariance);
+  covariance = (0.5 * (covariance + covariance.transpose())).eval();  // rounding
   mean_ = prediction.mean.translation();
   yaw_ = prediction.mean.yaw();
   covariance_ = covariance.topLeftCorner<2, 2>();
@@ -243,11 +244,11 @@ void LatticeBelief::take_moments() {
   }
   for (std::size_t k = 0; k < places_.size(); ++k) {
     const Eigen::Vector2d d = places_[k] - mean;
-    second += weights_[static_cast<Eigen::Index>(k)] * d * d.transpose();
+    second += weights_[static_cast<Eigen::Index>(k)] * (d * d.transpose());
   }
   yaw_ = field_core::wrap_angle(yaw_at(mean, model));
   mean_ = mean;
-  covariance_ = second;
+  covariance_ = 0.5 * (second + second.transpose());  // rounding
   yaw_covariance_ = model.slope * covariance_;
   yaw_variance_ = model.variance + model.slope.dot(yaw_covariance_);
 }
@@ -284,7 +285,8 @@ void LatticeBelief::save(field_core::State& state, const std::string& prefix) co
   state.set(prefix + "rest", rest);
 }
 
-void LatticeBelief::restore(const field_core::State& state, const std::string& prefix) {
+void LatticeBelief::restore(const field_core::State& state, const std::string& prefix,
+                            const FieldBank&) {
   const Eigen::MatrixXd places = state.matrix(prefix + "places", 2, -1);
   const Eigen::MatrixXd weights = state.matrix(prefix + "weights", places.cols(), -1);
   const Eigen::MatrixXd mean = state.matrix(prefix + "mean", 2, 1);

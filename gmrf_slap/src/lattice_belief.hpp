@@ -36,7 +36,8 @@ class LatticeBelief final : public RobotBelief {
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;
   void save(field_core::State& state, const std::string& prefix) const override;
-  void restore(const field_core::State& state, const std::string& prefix) override;
+  void restore(const field_core::State& state, const std::string& prefix,
+               const FieldBank& fields) override;
 
  private:
   /// yaw = yaw_ + slope (position - mean_), variance given the position.

@@ -180,7 +180,7 @@ void Slap::restore(const field_core::State& state) {
     const std::string prefix = "robot" + std::to_string(r) + "/";
     Robot robot;
     robot.belief = make_belief(r);
-    robot.belief->restore(state, prefix);
+    robot.belief->restore(state, prefix, fields);
     const Eigen::MatrixXd& moved = state.matrix(prefix + "moved", 3, 1);
     robot.updated = moved(0) > 0.0;
     robot.moved_distance = moved(1);

@@ -67,8 +67,8 @@ void SuffixProcess::append(const SiteRow& row, double residual, double noise) {
 void SuffixProcess::rebuild(int count, const FieldMixture& field) {
   const int left = size_ - count;
   std::copy(rows_.begin() + count, rows_.begin() + size_, rows_.begin());
-  residuals_.head(left) = residuals_.segment(count, left).eval();
-  noises_.head(left) = noises_.segment(count, left).eval();
+  std::copy(residuals_.data() + count, residuals_.data() + size_, residuals_.data());
+  std::copy(noises_.data() + count, noises_.data() + size_, noises_.data());
   evidence_.setZero();
   for (int l = 0; l < static_cast<int>(factors_.size()); ++l) {
     for (size_ = 0; size_ < left; ++size_) {

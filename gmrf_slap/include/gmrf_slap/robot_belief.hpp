@@ -40,8 +40,10 @@ class RobotBelief {
   virtual void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) = 0;
   /// Anywhere on the grid, any yaw.
   virtual void scatter(const FieldBank& fields) = 0;
+  /// Complete, given the fields. restore @throws DataError and changes nothing then.
   virtual void save(field_core::State& state, const std::string& prefix) const = 0;
-  virtual void restore(const field_core::State& state, const std::string& prefix) = 0;
+  virtual void restore(const field_core::State& state, const std::string& prefix,
+                       const FieldBank& fields) = 0;
 };
 
 }  // namespace gmrf_slap
