@@ -105,6 +105,13 @@ DiagnosticStatus estimator_status(const std::string& name, const HealthSnapshot&
   if (c.numerical_errors > b.numerical_errors) {
     raise(status, DiagnosticStatus::ERROR, now.last_error);
   }
+  if (now.health.lost) {
+    raise(status, DiagnosticStatus::WARN,
+          std::string("lost: ") + now.health.reason +
+              "; give the pose (initialpose), or call global_localization if the map is known");
+  }
+  add(status, "lost", now.health.lost ? now.health.reason : "no");
+  add(status, "steps while lost", std::to_string(c.lost));
   add(status, "steps", std::to_string(c.steps));
   add(status, "applied", std::to_string(c.applied));
   for (const auto& [reason, count] : c.skipped)

@@ -111,6 +111,7 @@ class Node {
     now.pending = session_.pending();
     now.paused = session_.paused();
     now.last_error = session_.last_error();
+    now.health = session_.estimator().health();
     return now;
   }
 

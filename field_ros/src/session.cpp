@@ -101,6 +101,7 @@ void Session::step(const MergedStep& merged) {
     result = estimator_->update(merged.sample);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     refresh_belief(merged.sample.stamp);
+    if (estimator_->health().lost) ++counts_.lost;
     if (result.applied) {
       ++counts_.applied;
       counts_.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;

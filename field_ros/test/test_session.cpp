@@ -270,6 +270,13 @@ TEST(Diagnostics, SayWhatIsWrong) {
   now.counts.nis_sum = 500.0;
   array = diagnose("node", before, now);
   EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::WARN, array.status[1].level);
+  now.counts.nis_sum = 100.0;
+  array = diagnose("node", before, now);
+  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::OK, array.status[1].level);
+  now.health = {true, "out of its mind"};
+  array = diagnose("node", before, now);
+  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::WARN, array.status[1].level);
+  EXPECT_EQ(0u, array.status[1].message.find("lost: out of its mind"));
 }
 
 }  // namespace

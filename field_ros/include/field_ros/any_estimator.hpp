@@ -23,6 +23,7 @@ class AnyEstimator {
   virtual void predict(const field_core::OdometryIncrement& increment) = 0;
   virtual field_core::UpdateResult update(const field_core::Sample& sample) = 0;
   virtual field_core::Belief belief() const = 0;
+  virtual field_core::Health health() const = 0;
   virtual field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const = 0;
   virtual const std::vector<field_core::FieldInfo>& fields() const = 0;
   virtual field_core::MapRegion map_region() const = 0;
@@ -46,6 +47,7 @@ class EstimatorHolder final : public AnyEstimator {
     return estimator_.update(s);
   }
   field_core::Belief belief() const override { return estimator_.belief(); }
+  field_core::Health health() const override { return field_core::health_of(estimator_); }
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const override {
     return estimator_.predict_field(points);
   }

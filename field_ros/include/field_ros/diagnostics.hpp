@@ -18,12 +18,14 @@ struct HealthSnapshot {
   field_core::Belief belief;
   std::size_t pending = 0;
   bool paused = false;
+  field_core::Health health;
   std::string last_error;
 };
 
 /// Two states, "<name>: input" and "<name>: estimator". WARN: messages were dropped since the
 /// report before, no odometry, or innovations more than 3 times (or less than 1/10) of what the
-/// filter expects; ERROR: numerical errors since the report before. Each text says what to do.
+/// filter expects, or the estimator says that it is lost; ERROR: numerical errors since the report
+/// before. Each text says what to do.
 diagnostic_msgs::DiagnosticArray diagnose(const std::string& name, const HealthSnapshot& before,
                                           const HealthSnapshot& now);
 

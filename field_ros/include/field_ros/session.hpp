@@ -24,6 +24,7 @@ struct SessionCounts {
   std::uint64_t measurements = 0;  ///< messages received
   std::uint64_t steps = 0;         ///< samples given to the estimator
   std::uint64_t applied = 0;
+  std::uint64_t lost = 0;  ///< steps after which the estimator said that it is lost
   std::uint64_t numerical_errors = 0;
   std::uint64_t clock_resets = 0;
   std::uint64_t unknown_fields = 0;  ///< names that are not configured, in messages that were used
