@@ -17,6 +17,10 @@
 //                                                   restore @throws DataError and changes nothing
 //                                                   then
 //
+// and, if it can tell:
+//
+//   Health health() const                           whether it knows where the robot is
+//
 // The same calls with the same seed give the same bits, whatever the machine's speed or load.
 // predict and update allocate nothing after warm-up, and their cost does not depend on how many
 // steps went before.
@@ -70,6 +74,12 @@ struct UpdateResult {
   static UpdateResult skipped(const char* why) { return {false, why, 0.0, 0}; }
 };
 
+/// An estimator's own verdict. `reason` is one of a few static texts, "" while it is not lost.
+struct Health {
+  bool lost = false;
+  const char* reason = "";
+};
+
 struct FieldInfo {
   std::string name;
   std::string unit;
@@ -110,7 +120,22 @@ struct IsEstimator<
                          decltype(std::declval<const E&>().fields())> &&
           std::is_same_v<MapRegion, decltype(std::declval<const E&>().map_region())> &&
           std::is_same_v<State, decltype(std::declval<const E&>().state())>> {};
+
+template <class E, class = void>
+struct HasHealth : std::false_type {};
+template <class E>
+struct HasHealth<E, std::void_t<decltype(std::declval<const E&>().health())>> : std::true_type {};
 }  // namespace detail
+
+/// The verdict of an estimator that offers one; not lost otherwise.
+template <class E>
+Health health_of(const E& estimator) {
+  if constexpr (detail::HasHealth<E>::value) {
+    return estimator.health();
+  } else {
+    return {};
+  }
+}
 
 /// True for a class that meets the requirements above: static_assert it beside each estimator.
 template <class E>
