@@ -193,10 +193,12 @@ void FieldMapDisplay::place() {
   const bool known = context_->getFrameManager()->transform(map->header.frame_id, ros::Time(),
                                                             origin, position, orientation);
   if (!known) {
-    setMissingTransformToFixedFrame(map->header.frame_id);
+    setStatus(rviz::StatusProperty::Error, "Transform",
+              QString("No transform from '%1' to the fixed frame '%2'")
+                  .arg(QString::fromStdString(map->header.frame_id), fixed_frame_));
     return;
   }
-  setTransformOk();
+  setStatus(rviz::StatusProperty::Ok, "Transform", "OK");
   scene_node_->setPosition(position);
   scene_node_->setOrientation(orientation);
 }
