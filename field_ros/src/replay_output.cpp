@@ -115,7 +115,8 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
       << ",\n  \"duration_s\": " << format_number(duration_s)
       << ",\n  \"odometry_messages\": " << c.odometry
       << ",\n  \"measurement_messages\": " << c.measurements << ",\n  \"steps\": " << c.steps
-      << ",\n  \"applied\": " << c.applied << ",\n  \"skipped\": " << json_counts(c.skipped)
+      << ",\n  \"applied\": " << c.applied << ",\n  \"lost\": " << c.lost
+      << ",\n  \"skipped\": " << json_counts(c.skipped)
       << ",\n  \"dropped\": " << json_counts(c.dropped)
       << ",\n  \"left_waiting_for_odometry\": " << left_waiting
       << ",\n  \"unknown_field_names\": " << c.unknown_fields

@@ -29,6 +29,7 @@ Session::Session(Configured configured, SensorPlacement placement)
       estimator_(std::move(configured.estimator)),
       configuration_(std::move(configured.configuration)),
       values_(std::move(configured.values)),
+      run_parameters_(std::move(configured.run_parameters)),
       fields_(index_fields(estimator_->fields())),
       placement_(std::move(placement), stamp_from_seconds(params_.sensor_transform_timeout),
                  static_cast<std::size_t>(params_.pending_measurements),
@@ -137,6 +138,7 @@ void Session::step(const MergedStep& merged) {
     judge(result);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     refresh_belief(merged.sample.stamp);
+    if (lost_) ++counts_.lost;
     if (result.applied) {
       ++counts_.applied;
       counts_.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;
@@ -214,7 +216,7 @@ void Session::require_same_configuration(const field_msgs::EstimatorState& messa
                                 "); load it with the version that saved it");
   }
   const auto ours = values_(ParamTree::from_yaml_text(configuration_, "this configuration"));
-  const std::string differences = describe_differences(theirs, ours);
+  const std::string differences = describe_differences(theirs, ours, run_parameters_);
   if (differences.empty()) return;
   throw field_core::DataError("the state was saved with another configuration (" + differences +
                               "); use that one, it is in the state's 'configuration'");

@@ -140,7 +140,8 @@ TEST(Session, AStateOfAnotherConfigurationIsRefusedWithWhatDiffers) {
   EXPECT_NE(std::string::npos, text.find("region: [-1, -2, 3, 2] in the state, [0, 0, 1, 1] here"));
   EXPECT_EQ(std::string::npos, text.find("noise_stddev")) << text;
   // A default written down, the node's own parameters and where the robot starts do not matter.
-  Session same = make_session(keep + "prior_stddev: 2.0\nmap_resolution: 2.0\nseed: 5\n");
+  Session same =
+      make_session(keep + "prior_stddev: 2.0\nmap_resolution: 2.0\nseed: 5\nstep_time: 0.001\n");
   EXPECT_TRUE(load_state(same, "a").success) << load_state(same, "a").message;
   auto moved = make_session(keep).save_state();
   moved.configuration = "noise_stddev: 0.5\ninitial_pose_x: -3.0\n";
@@ -154,6 +155,7 @@ TEST(ParamValues, DifferencesAreNamedUpToAFew) {
   EXPECT_EQ("", describe_differences(a, {{"p", "1"}, {"q", "2"}, {"initial_pose_x", "2"}}));
   EXPECT_EQ("q: 2 in the state, nothing here; r: nothing in the state, 3 here",
             describe_differences(a, {{"p", "1"}, {"r", "3"}}));
+  EXPECT_EQ("", describe_differences({{"g/p", "1"}, {"h", "2"}}, {{"g/p", "2"}}, {"g", "h"}));
   ParamValues many;
   for (char c = 'a'; c < 'i'; ++c) many[std::string(1, c)] = "0";
   EXPECT_NE(std::string::npos, describe_differences(many, {}).find("; and 3 more"));

@@ -101,6 +101,7 @@ class ToyEstimator {
     variance_ = field(1);
     belief_.mean = field_core::SE2(Eigen::Vector3d(pose));
   }
+  static std::vector<std::string> run_parameters() { return {"step_time"}; }
   /// Where the sensor of the last update stood; static: tests cannot reach the held estimator.
   static inline field_core::SE2 last_place_;
 

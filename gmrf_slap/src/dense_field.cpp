@@ -39,6 +39,9 @@ class DenseField final : public GaussianField {
   int sites() const override { return n_; }
   const Eigen::VectorXd& mean() const override { return mean_; }
   Eigen::VectorXd variances() const override { return sigma_.diagonal(); }
+  Eigen::VectorXd multiply(const Eigen::VectorXd& x) const override {
+    return sigma_.selfadjointView<Eigen::Lower>() * x;
+  }
   std::unique_ptr<GaussianField> clone() const override {
     return std::make_unique<DenseField>(*this);
   }
@@ -48,12 +51,8 @@ class DenseField final : public GaussianField {
 
   void predict(const SiteRow* rows, int count, double* mean, double* variance) const override {
     for (int k = 0; k < count; ++k) {
-      const SiteRow& row = rows[k];
-      mean[k] = 0.0;
-      for (std::size_t a = 0; a < static_cast<std::size_t>(row.count); ++a) {
-        mean[k] += row.weight[a] * mean_[row.site[a]];
-      }
-      covariances(row, &row, 1, variance + k);
+      mean[k] = rows[k].dot(mean_);
+      covariances(rows[k], rows + k, 1, variance + k);
     }
   }
 

@@ -5,6 +5,7 @@
 
 #include "field_core/csv.hpp"
 #include "field_core/errors.hpp"
+#include "weights.hpp"
 
 namespace gmrf_slap {
 namespace {
@@ -112,6 +113,36 @@ void FieldBank::reset() {
 
 SiteRow FieldBank::row(const Eigen::Vector2d& point) const {
   return lattice_.contains(point) ? lattice_.row(point, interpolation_) : SiteRow{};
+}
+
+Eigen::VectorXd FieldMixture::site_mean() const {
+  Eigen::VectorXd mean = probability[0] * given[0]->mean();
+  for (std::size_t l = 1; l < given.size(); ++l) {
+    mean += probability[static_cast<Eigen::Index>(l)] * given[l]->mean();
+  }
+  return mean;
+}
+
+void FieldBank::assimilate(const Observation& z, const Eigen::Vector2d& place) {
+  const SiteRow at = row(place);
+  if (at.count == 0) return;
+  FieldMixture& field = fields_[static_cast<std::size_t>(z.field)];
+  const double residual = z.value - field.prior_mean(place);
+  Eigen::VectorXd logs = field.probability.array().log();
+  MixtureUpdate update;
+  update.clear(1);
+  for (std::size_t l = 0; l < field.given.size(); ++l) {
+    double mean = 0.0, variance = 0.0;
+    field.given[l]->predict(&at, 1, &mean, &variance);
+    update.clear(1);
+    update.add(at, 1.0, residual - mean, variance + z.noise);
+    logs[static_cast<Eigen::Index>(l)] += log_normal(residual - mean, variance + z.noise);
+    field.given[l]->condition(update);
+  }
+  exponentiate_and_normalize(logs);
+  field.probability = logs.cwiseMax(kSmallestProbability);
+  field.probability /= field.probability.sum();
+  changed();
 }
 
 field_core::FieldPrediction FieldBank::predict(const Eigen::Matrix2Xd& points) const {

@@ -16,6 +16,8 @@ STOP_S = 20.0
 # The pose is known: odometry is exact, and so is the start. The filter is then the plain field model.
 KNOWN_POSE = {"odom_alpha1": 0.0, "odom_alpha2": 0.0, "odom_alpha3": 0.0, "odom_alpha4": 0.0,
               "initial_cov_xx": 0.0, "initial_cov_yy": 0.0, "initial_cov_aa": 0.0}
+# To find the robot anywhere on a known map takes many particles at first, few once the pose is known.
+LOCALIZATION = {"gp_localize": {"mode": "localization", "particles": 5000, "adaptive": {"min_particles": 300}}}
 
 
 class SurveyError(Exception):
@@ -76,7 +78,7 @@ class Survey:
         if not self.learn or self.node != "gp_localize":
             return values
         file = self.directory / f"{self.site}.hyper.yaml"
-        run("rosrun", "gp_localize", "learn_hyperparameters", "--bag", self.bag, "--odom-topic", self.odom,
+        run("rosrun", "gp_localize", "learn_hyperparameters", "--bag", self.bag, "--truth-topic", self.odom,
             "--field-topic", self.field, "--output", file)
         for name, learned in yaml.safe_load(file.read_text())["fields"].items():
             if name in values["fields"]:
@@ -97,7 +99,8 @@ class Survey:
             self.odom, "--field-topic", self.field, "--output", self.directory / self.site, "--export-maps",
             "--save-state", states / f"{self.site}.bag")
         (self.directory / f"{self.site}.yaml").write_text(
-            f"# {self.config} with the hyperparameters of {self.bag.name}\n" + yaml.safe_dump(values))
+            f"# {self.config} with the hyperparameters of {self.bag.name}\n"
+            + yaml.safe_dump({**values, **LOCALIZATION.get(self.node, {})}))
         return (f"maps are in {self.directory / self.site}; next: roslaunch field_launch localize.launch "
                 f"site:={self.site} node:={self.node}")
 

@@ -66,12 +66,12 @@ class State(unittest.TestCase):
         self.assertEqual(self.prediction(self.robot(load_state="last", save_name="other")), before)
 
     def test_what_does_not_fit_stops_the_node_before_it_starts(self):
-        robot = self.robot(particles=60)
+        robot = self.robot()
         robot.drive(2.0)
         self.assertTrue(robot.node.service("save_state", SaveState)(name="site").success)
-        err = self.refused(load_state="site")
+        err = self.refused(load_state="site", slice_size=7)
         self.assertIn("site.bag", err)
-        self.assertIn("particles: 60 in the state, 50 here", err)
+        self.assertIn("slice_size: 10 in the state, 7 here", err)
         self.assertIn("nowhere.bag", self.refused(load_state="nowhere"))
         self.assertIn("letters, digits", self.refused(load_state="../site"))
 

@@ -77,6 +77,8 @@ struct Configured {
   std::string configuration;  ///< YAML it was made from
   /// The estimator's parameters by path, as a configuration gives them. @throws DataError
   std::function<ParamValues(const ParamTree&)> values;
+  /// Those that may differ from a state's.
+  std::vector<std::string> run_parameters;
 };
 
 /// Refuses what can only be told from estimator and node together: names of fields that are no
@@ -100,6 +102,7 @@ EstimatorEntry estimator_entry() {
     typename E::Params params;
     load_params(tree, configured.node, params);
     configured.configuration = tree.yaml();
+    configured.run_parameters = field_core::run_parameters_of<E>();
     configured.values = [](const ParamTree& other) {
       NodeParams node;
       typename E::Params loaded;

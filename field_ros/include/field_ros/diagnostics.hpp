@@ -31,20 +31,15 @@ struct HealthSnapshot {
 };
 
 /// Two statuses, "<name>: input" and "<name>: estimator", each with its counts and one text that
-/// says what to do about the worst that is the case:
+/// says what to do about the worst that is the case.
 ///
-/// | level | input | estimator |
-/// |---|---|---|
-/// | OK | messages come and are used | the belief agrees with the measurements, or paused on
-/// purpose | | WARN | some were dropped since the report before, or none has come yet | NIS over
-/// the whole run
-///   above 3 or below 1/10, automatic saving failed |
-/// | ERROR | measurements come, none could be used for input_timeout | lost; numerical errors since
-/// the
-///   report before |
-/// | STALE | no odometry or no measurement for input_timeout | no step for input_timeout: the pose
-/// is
-///   odometry alone |
+/// input      OK: messages come and are used. WARN: some were dropped since the report before, or
+///            none has come yet. ERROR: measurements come, none could be used for input_timeout.
+///            STALE: no odometry or no measurement for input_timeout.
+/// estimator  OK: the belief agrees with the measurements, or paused on purpose. WARN: NIS over the
+///            whole run above 3 or below 1/10, automatic saving failed. ERROR: lost; numerical
+///            errors since the report before. STALE: no step for input_timeout, the pose is
+///            odometry alone.
 diagnostic_msgs::DiagnosticArray diagnose(const std::string& name, const HealthSnapshot& before,
                                           const HealthSnapshot& now);
 

@@ -82,11 +82,13 @@ ParamValues param_values(Struct params) {
 }
 
 /// True for a parameter that says where the robot starts or how it moves (amcl's initial_*,
-/// odom_alpha* and update_min_*): a map surveyed with one value of it is good for any other.
-bool may_differ_from_state(const std::string& path);
+/// odom_alpha* and update_min_*): a map surveyed with one value of it is good for any other; or
+/// that is one of, or in one of the groups, `free`.
+bool may_differ_from_state(const std::string& path, const std::vector<std::string>& free = {});
 
 /// "particles: 400 in the state, 100 here; ...", at most a few of them; "" if the values agree in
 /// all that a state depends on.
-std::string describe_differences(const ParamValues& state, const ParamValues& here);
+std::string describe_differences(const ParamValues& state, const ParamValues& here,
+                                 const std::vector<std::string>& free = {});
 
 }  // namespace field_ros

@@ -26,6 +26,7 @@ struct SessionCounts {
   std::uint64_t measurements = 0;  ///< messages received
   std::uint64_t steps = 0;         ///< samples given to the estimator
   std::uint64_t applied = 0;
+  std::uint64_t lost = 0;  ///< steps after which health() says so
   std::uint64_t numerical_errors = 0;
   std::uint64_t clock_resets = 0;
   std::uint64_t recoveries = 0;      ///< global localizations because the robot was lost
@@ -116,6 +117,7 @@ class Session {
   std::unique_ptr<AnyEstimator> estimator_;
   std::string configuration_;
   std::function<ParamValues(const ParamTree&)> values_;
+  std::vector<std::string> run_parameters_;
   FieldIndex fields_;
   PlacementQueue placement_;
   StreamMerge merge_;

@@ -26,6 +26,8 @@ struct FieldMixture {
 
   int hypotheses() const { return static_cast<int>(thetas.size()); }
   double prior_mean(const Eigen::Vector2d& point) const { return mean + trend.dot(point); }
+  /// Mean over theta at all sites, a deviation from the prior mean.
+  Eigen::VectorXd site_mean() const;
 };
 
 /// A reading ready for the filter: finite, its noise (with the nugget) above 0.
@@ -55,6 +57,9 @@ class FieldBank {
   /// Counts the changes of any field: whoever keeps what follows from the fields looks here.
   std::size_t version() const { return version_; }
   void changed() { ++version_; }
+
+  /// Brings in a measurement taken at a known place, exactly: eq. (17), and theta by its evidence.
+  void assimilate(const Observation& z, const Eigen::Vector2d& place);
 
   /// Mixture over theta (eq. 13): mean and variance of a measurement, nugget and noise included.
   field_core::FieldPrediction predict(const Eigen::Matrix2Xd& points) const;

@@ -49,6 +49,8 @@ class GaussianField {
   /// Mean' and Sigma' as above. @throws NumericalError if Sigma' is not positive definite (engines
   /// that factorize notice)
   virtual void condition(const MixtureUpdate& update) = 0;
+  /// Sigma x.
+  virtual Eigen::VectorXd multiply(const Eigen::VectorXd& x) const = 0;
   /// Variance of every site.
   virtual Eigen::VectorXd variances() const = 0;
 
