@@ -8,14 +8,15 @@
 //   void predict(const OdometryIncrement&)          motion since the last predict
 //   UpdateResult update(const Sample&)              one measurement, taken where predict() left off
 //   Belief belief() const
-//   FieldPrediction predict_field(points) const     mean and variance of each field at points (2 x
-//   n) const std::vector<FieldInfo>& fields() const    Reading::field indexes it MapRegion
-//   map_region() const                    the area worth drawing void set_pose(const SE2&, const
-//   Matrix3d& cov)  /initialpose; the map is kept void scatter() global_localization: the pose is
-//   unknown void reset()                                    back to the state after construction
-//   State state() const; void restore(const State&) complete: what follows is bit for bit the same;
-//                                                   restore @throws DataError and changes nothing
-//                                                   then
+//   FieldPrediction predict_field(points) const     mean and variance of each field at 2 x n points
+//   const std::vector<FieldInfo>& fields() const    Reading::field indexes it
+//   MapRegion map_region() const                    the area worth drawing
+//   void set_pose(const SE2&, const Matrix3d& cov)  /initialpose; the map is kept
+//   void scatter()                                  global_localization: the pose is unknown
+//   void reset()                                    back to the state after construction
+//   State state() const
+//   void restore(const State&)                      complete: what follows is bit for bit the same;
+//                                                   @throws DataError and changes nothing then
 //
 // and, if it has something to tell:
 //
