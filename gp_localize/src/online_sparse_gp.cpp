@@ -1,12 +1,6 @@
 #include "gp_localize/online_sparse_gp.hpp"
 
 #include <algorithm>
-<<<<<<< HEAD
-#include <cmath>
-
-#include "vector_kernels.hpp"
-=======
->>>>>>> wip/gpl
 
 namespace gp_localize {
 namespace {

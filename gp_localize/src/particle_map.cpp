@@ -181,9 +181,6 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
   }
   panels->assimilate(summaries);
   panels->weight(weights);
-<<<<<<< HEAD
-  extend_by_open_rows(basis, maps, *panels);
-=======
   Eigen::Matrix2Xd places(2, count);
   Features features(basis.size(), count);
   for (int i = 0; i < slice(0).open(); ++i) {  // all have measured the same
@@ -193,7 +190,6 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
     }
     panels->extend(basis, places, features, slice(0).value(i), slice(0).noise(i));
   }
->>>>>>> wip/gpl
   Eigen::Matrix2Xd moments;
   panels->add(basis, points, 0.0, 0.0, nullptr, moments);
   mean = moments.row(0).transpose();
