@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<embedded::Record> recording() {
-  simulation::Setup setup;
+  simulation::Room setup;
   setup.half_x = 2.5;  // the IEC room, 5 x 4 m
   setup.half_y = 2.0;
   setup.steps = 400;
