@@ -7,9 +7,10 @@ packages=(
   colcon python3-colcon-bash python3-colcon-cmake python3-colcon-library-path python3-colcon-output
   python3-colcon-package-selection python3-colcon-parallel-executor python3-colcon-recursive-crawl
   python3-colcon-ros python3-colcon-test-result
-  ros-desktop-dev ros-robot-dev librostest-dev python3-rostest python3-catkin-pkg
+  ros-desktop-dev ros-robot-dev rosbash librostest-dev python3-rostest python3-catkin-pkg
   libeigen3-dev libsuitesparse-dev libcli11-dev libyaml-cpp-dev libfmt-dev libceres-dev
   libgtest-dev libbenchmark-dev
+  python3-diagnostic-msgs python3-nav-msgs python3-std-srvs python3-visualization-msgs
   python3-numpy python3-matplotlib python3-yaml
 )
 missing=()

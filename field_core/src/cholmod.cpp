@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "field_core/errors.hpp"
+#include "selected_inverse.hpp"
 
 namespace field_core {
 namespace {
@@ -156,6 +157,21 @@ double SparseCholesky::log_determinant() const {
   double sum = 0.0;  // the first entry of each column is the diagonal of L
   for (std::size_t j = 0; j < impl_->factor->n; ++j) sum += std::log(value[start[j]]);
   return 2.0 * sum;
+}
+
+Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
+  impl_->require_factor();
+  const cholmod_factor& factor = *impl_->factor;
+  const FactorColumns columns{static_cast<int>(factor.n), static_cast<const int*>(factor.p),
+                              static_cast<const int*>(factor.i),
+                              static_cast<const double*>(factor.x)};
+  const std::vector<double> z = selected_inverse(columns);
+  const auto* permutation = static_cast<const int*>(factor.Perm);
+  Eigen::VectorXd diagonal(columns.n);
+  for (int j = 0; j < columns.n; ++j) {
+    diagonal[permutation[j]] = z[static_cast<std::size_t>(columns.start[j])];
+  }
+  return diagonal;
 }
 
 Eigen::Index SparseCholesky::size() const {

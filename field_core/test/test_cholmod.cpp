@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
@@ -131,6 +131,20 @@ TEST(SparseCholesky, MisuseIsATypedError) {
   test::expect_error<NumericalError>([&] { sparse.factorize(bad); }, {"not finite", "column 2"});
   sparse.factorize(grid_precision(2, 1.0));
   test::expect_error<NumericalError>([&] { sparse.solve(Eigen::VectorXd::Ones(5)); }, {"5", "4"});
+}
+
+TEST(SparseCholesky, SelectedInverseIsTheDiagonalOfTheDenseInverse) {
+  SparseCholesky sparse;
+  test::expect_error<NumericalError>([&] { sparse.inverse_diagonal(); }, {"factorize()"});
+  for (const int k : {1, 4, 13}) {
+    Sparse m = grid_precision(k, 0.3);
+    for (int i = 0; i < k * k; i += 3) m.coeffRef(i, i) += 0.1 * i;  // no symmetry to hide behind
+    sparse.factorize(m);
+    const Eigen::MatrixXd full = Eigen::MatrixXd(m).selfadjointView<Eigen::Lower>();
+    const Eigen::VectorXd expected = full.inverse().diagonal();
+    // Condition below 30: both computations are good to some 1e-14.
+    EXPECT_LT((sparse.inverse_diagonal() - expected).cwiseAbs().maxCoeff(), 1e-12) << k;
+  }
 }
 
 TEST(SparseCholesky, MovesKeepTheFactor) {

@@ -191,8 +191,7 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
     panels->extend(basis, places, features, slice(0).value(i), slice(0).noise(i));
   }
   Eigen::Matrix2Xd moments;
-  basis.features(points, features);
-  panels->add(basis, points, features, 0.0, 0.0, nullptr, moments);
+  panels->add(basis, points, 0.0, 0.0, nullptr, moments);
   mean = moments.row(0).transpose();
   variance = (moments.row(1) - moments.row(0).cwiseAbs2()).transpose().cwiseMax(0.0);
 }

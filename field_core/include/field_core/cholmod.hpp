@@ -25,6 +25,9 @@ class SparseCholesky {
   /// @throws NumericalError if nothing is factorized or the sizes differ
   Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs) const;
   double log_determinant() const;
+  /// Diagonal of the inverse by selected inversion; the inverse itself is never formed. Time and
+  /// memory of a few factorizations. @throws NumericalError if nothing is factorized
+  Eigen::VectorXd inverse_diagonal() const;
   Eigen::Index size() const;
   std::size_t analyses() const;  ///< how often the pattern was analysed
 

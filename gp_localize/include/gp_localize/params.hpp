@@ -165,6 +165,7 @@ struct GpLocalizeParams {
   double likelihood_noise_scale = 2.0;
   double resample_threshold = 0.5;
   Precision precision = Precision::single_precision;
+  double interpolation_tolerance = 1e-2;
   SupportParams support;
   field_core::OdometryNoise odometry_noise;
   CalibrationParams odom_calibration;
@@ -219,6 +220,10 @@ struct GpLocalizeParams {
     v.choice("precision", precision,
              {{"single", Precision::single_precision}, {"double", Precision::double_precision}},
              "arithmetic of the likelihood of particles x paths; the map itself is always double");
+    v.number(
+        "interpolation_tolerance", interpolation_tolerance, {0.0, 0.1}, "1",
+        "particles close together share evaluations of the paths' maps while that errs by less "
+        "than this share of the measurement noise; 0: never");
     v.group("support", support, "support points of the sparse Gaussian process");
     v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
              "rotation noise from rotation, as in amcl");
