@@ -55,6 +55,8 @@ struct VectorFieldSlamParams {
   int recovery_rings = 1;
   int max_nodes = 4096;
   bool localize_only = false;
+  int patience = 10;
+  int relocalization_particles = 3000;
   field_core::OdometryNoise odometry_noise;
   double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
   double initial_cov_xx = 1e-4, initial_cov_yy = 1e-4, initial_cov_aa = 1e-4;
@@ -120,6 +122,11 @@ struct VectorFieldSlamParams {
     v.number("max_nodes", max_nodes, {4, 1000000}, "1",
              "of the map; a cell that would need more is not entered");
     v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");
+    v.number("patience", patience, {1, 1000000}, "1",
+             "after so many measurements in a row outside the gate the robot is lost, and searched "
+             "for on the map as after global_localization");
+    v.number("relocalization_particles", relocalization_particles, {100, 1000000}, "1",
+             "that search the map for the robot after global_localization");
   }
 
   template <class Visitor>
