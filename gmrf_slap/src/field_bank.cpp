@@ -67,18 +67,20 @@ std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSla
 /// Before anything is allocated. The prior is kept beside what is learned.
 void check_memory(const GmrfSlapParams& params, const Lattice& lattice,
                   const std::vector<FieldMixture>& fields) {
-  if (params.engine != Engine::dense) return;
+  const double bytes =
+      static_cast<double>(params.engine == Engine::dense ? dense_field_bytes(lattice.sites())
+                                                         : window_field_bytes(lattice.sites()));
   std::size_t hypotheses = 0;
   for (const FieldMixture& field : fields) hypotheses += field.thetas.size();
-  const double needed = 2.0 * 1e-6 * static_cast<double>(hypotheses) *
-                        static_cast<double>(dense_field_bytes(lattice.sites()));
+  const double needed = 2.0 * 1e-6 * static_cast<double>(hypotheses) * bytes;
   if (needed <= params.memory_limit) return;
   using field_core::format_number;
-  throw ParameterError(
-      "grid/size",
-      format_number(lattice.nx()) + " x " + format_number(lattice.ny()) + " sites need " +
-          format_number(std::ceil(needed)) + " MB with the dense engine, memory_limit allows " +
-          std::to_string(params.memory_limit) + " MB; enlarge grid/spacing or raise memory_limit");
+  throw ParameterError("grid/size",
+                       format_number(lattice.nx()) + " x " + format_number(lattice.ny()) +
+                           " sites need " + format_number(std::ceil(needed)) +
+                           " MB with this engine, memory_limit allows " +
+                           std::to_string(params.memory_limit) +
+                           " MB; enlarge grid/spacing, use engine: local or raise memory_limit");
 }
 
 }  // namespace

@@ -418,6 +418,11 @@ void WindowField::restore(const field_core::State& state, const std::string& pre
 
 }  // namespace
 
+std::size_t window_field_bytes(int sites) {
+  // A stencil of 13 (order 2) in rows that have grown one by one, and seven numbers per site.
+  return static_cast<std::size_t>(sites) * (24 + 24 * sizeof(SparseRows::Entry) + 7 * 8);
+}
+
 std::unique_ptr<GaussianField> make_window_field(const Lattice& lattice, const Sparse& precision,
                                                  const WindowSettings& settings) {
   return std::make_unique<WindowField>(lattice, precision, settings);

@@ -77,6 +77,9 @@ std::unique_ptr<GaussianField> make_dense_field(const Eigen::SparseMatrix<double
 /// Bytes of one dense field, for a refusal before anything is allocated.
 std::size_t dense_field_bytes(int sites);
 
+/// The same for one windowed field before any measurement, its window aside.
+std::size_t window_field_bytes(int sites);
+
 /// How a field keeps a dense window around what the robots need, above a sparse precision matrix.
 ///
 /// A measurement changes Q only in the block of its candidate sites, Q' = Q + E N E^T, so that as
