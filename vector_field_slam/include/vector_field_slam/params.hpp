@@ -1,0 +1,151 @@
+// Every parameter of the estimator: default, range, unit and documentation, in this one place.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "field_core/odometry_motion_model.hpp"
+#include "field_core/params.hpp"
+#include "vector_field_slam/eseif_config.hpp"
+
+namespace vector_field_slam {
+
+/// One signal. Its kind follows from sensor_model and, for vectors, from the end of its name.
+struct ChannelParams {
+  std::string unit = "1";
+  double noise_stddev = 0.1;
+  double interpolation_stddev = 0.0;
+  double prior_stddev = 0.0;
+  double extrapolation_stddev = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::non_negative;
+    v.text("unit", unit, "unit of the values, shown on maps");
+    v.required("noise_stddev")
+        .number("noise_stddev", noise_stddev, field_core::positive(), "channel unit",
+                "of one measurement; a variance in the message replaces it");
+    v.number("interpolation_stddev", interpolation_stddev, non_negative(), "channel unit",
+             "by which the field differs from the straight surface between the nodes of a cell; "
+             "always added to the noise. Too small, and the filter is over-confident");
+    v.number("prior_stddev", prior_stddev, non_negative(), "node unit",
+             "of a node's value before any measurement (eq. 13); 0: 10 times noise_stddev. The "
+             "node unit is the channel's, but m^2 for sensor_model: range");
+    v.number("extrapolation_stddev", extrapolation_stddev, non_negative(), "node unit",
+             "by which a new node may differ from its extrapolation (S of eq. 14); 0: half of "
+             "prior_stddev");
+  }
+};
+
+enum class SolverType { ekf, eseif, batch };
+enum class SensorModelType { beacon_pairs, scalar, magnetic, range };
+
+struct VectorFieldSlamParams {
+  double cell_size = 1.0;
+  SolverType solver = SolverType::eseif;
+  SensorModelType sensor_model = SensorModelType::scalar;
+  std::map<std::string, ChannelParams> channels;
+  int start_measurements = 10;
+  double gate_probability = 0.9999;
+  double calibration_stddev = 0.05;
+  double calibration_noise = 0.0;
+  Relocation relocation = Relocation::window;
+  double relocation_stddev_xy = 0.05, relocation_stddev_a = 0.05;
+  double relocation_stddev_calibration = 0.01;
+  int recovery_rings = 1;
+  int max_nodes = 4096;
+  bool localize_only = false;
+  field_core::OdometryNoise odometry_noise;
+  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
+  double initial_cov_xx = 1e-4, initial_cov_yy = 1e-4, initial_cov_aa = 1e-4;
+  double update_min_d = 0.0, update_min_a = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    visit_model(v);
+    visit_solver(v);
+    visit_motion(v);
+  }
+  void validate() const;  ///< @throws field_core::ParameterError
+
+ private:
+  template <class Visitor>
+  void visit_model(Visitor& v) {
+    v.number("cell_size", cell_size, field_core::positive(), "m", "distance between nodes");
+    v.choice("solver", solver,
+             {{"ekf", SolverType::ekf}, {"eseif", SolverType::eseif}, {"batch", SolverType::batch}},
+             "ekf: full covariance, cost grows with the square of the map; eseif: exactly sparse "
+             "information filter, constant time; batch: eseif, corrected by least squares over the "
+             "whole run");
+    v.choice("sensor_model", sensor_model,
+             {{"beacon_pairs", SensorModelType::beacon_pairs},
+              {"scalar", SensorModelType::scalar},
+              {"magnetic", SensorModelType::magnetic},
+              {"range", SensorModelType::range}},
+             "beacon_pairs: channels <spot>_x, <spot>_y turn with the robot (eq. 47); magnetic: "
+             "<name>_x, <name>_y turn, others not; scalar: none turns; range: distances to beacons "
+             "[m]");
+    v.required("channels")
+        .dictionary("channels", channels, "the signals to localize by, by name; at most 8");
+    v.number("start_measurements", start_measurements, {1, 64}, "1",
+             "measurements that give the linear field around the start (eq. 12)");
+    v.number(
+        "gate_probability", gate_probability, {0.5, 1.0}, "1",
+        "a reading is left out if its innovation is larger than this share of all; 1: none is");
+  }
+
+  template <class Visitor>
+  void visit_solver(Visitor& v) {
+    using field_core::non_negative;
+    v.number("calibration_stddev", calibration_stddev, field_core::positive(), "channel unit",
+             "of the sensor's offset c before any measurement (eq. 46)");
+    v.number("calibration_noise", calibration_noise, non_negative(), "channel unit/sqrt(m)",
+             "random walk of the offset over the first metre");
+    v.choice(
+        "relocation", relocation,
+        {{"window", Relocation::window},
+         {"shared_nodes", Relocation::shared_nodes},
+         {"blank", Relocation::blank}},
+        "eseif on a cell change. window: robot and new nodes keep their dependence on the nodes "
+        "of the new cell; shared_nodes: the robot keeps its dependence on the nodes that both "
+        "cells share; blank: the paper's, independent of the map with the prior of eq. (42)");
+    v.number("relocation_stddev_xy", relocation_stddev_xy, non_negative(), "m",
+             "R0 of eq. (42), for relocation: blank");
+    v.number("relocation_stddev_a", relocation_stddev_a, non_negative(), "rad", "the same for yaw");
+    v.number("relocation_stddev_calibration", relocation_stddev_calibration, non_negative(),
+             "channel unit", "the same for the offset c");
+    v.number("recovery_rings", recovery_rings, {0, 2}, "1",
+             "eseif: rings of nodes around the cell whose mean is recovered with it (eq. 39); the "
+             "paper: 0");
+    v.number("max_nodes", max_nodes, {4, 1000000}, "1",
+             "of the map; a cell that would need more is not entered");
+    v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");
+  }
+
+  template <class Visitor>
+  void visit_motion(Visitor& v) {
+    using field_core::any_number;
+    using field_core::non_negative;
+    v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
+             "rotation noise from rotation, as in amcl");
+    v.number("odom_alpha2", odometry_noise.alpha2, non_negative(), "rad^2/m^2",
+             "rotation noise from translation");
+    v.number("odom_alpha3", odometry_noise.alpha3, non_negative(), "1",
+             "translation noise from translation");
+    v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
+             "translation noise from rotation");
+    v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
+    v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
+             "variance of the start; 0: exactly known");
+    v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
+    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2",
+             "variance of the start yaw");
+    v.number("update_min_d", update_min_d, non_negative(), "m",
+             "a measurement is used once the robot has moved this far; 0: every measurement");
+    v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
+  }
+};
+
+}  // namespace vector_field_slam
