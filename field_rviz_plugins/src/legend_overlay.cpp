@@ -1,7 +1,6 @@
 #include "legend_overlay.hpp"
 
 #include <OgreMaterialManager.h>
-#include <OgrePixelBox.h>
 #include <OgreTechnique.h>
 #include <Overlay/OgreOverlay.h>
 #include <Overlay/OgreOverlayManager.h>

@@ -50,6 +50,8 @@ class TrajectoryBelief final : public RobotBelief {
   void resample_if_needed();
   void follow(const FieldBank& fields);
   void append(const FieldBank& fields, const std::vector<Observation>& observations);
+  /// All sites of the trajectories and of `rows`.
+  void focus(FieldBank& fields, const std::vector<SiteRow>& rows) const;
   void merge_oldest(FieldBank& fields, int field, int entry) const;
   /// Brings the oldest `steps` measurements into the fields, with the weights of now.
   void merge(FieldBank& fields, int steps) const;

@@ -163,6 +163,7 @@ struct GpLocalizeParams {
   int subset_size = 40;
   bool redraw_sample_paths = true;
   double likelihood_noise_scale = 2.0;
+  double outlier_share = 0.0;
   double resample_threshold = 0.5;
   Precision precision = Precision::single_precision;
   double interpolation_tolerance = 1e-2;
@@ -215,6 +216,10 @@ struct GpLocalizeParams {
         "likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
         "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
         "the model");
+    v.number(
+        "outlier_share", outlier_share, {0.0, 0.5}, "1",
+        "this share of the measurements may be anything within the field's spread (map_hypotheses: "
+        "particle only)");
     v.number("resample_threshold", resample_threshold, {0.0, 1.0}, "1",
              "resample when the effective sample size falls below this share of the particles");
     v.choice("precision", precision,
