@@ -28,10 +28,7 @@ std::unique_ptr<RobotBelief> Slap::make_belief(int robot) const {
   } else {
     belief = std::make_unique<LatticeBelief>(params_, fields_);
   }
-  const Eigen::Vector3d variances(params_.initial_cov_xx, params_.initial_cov_yy,
-                                  params_.initial_cov_aa);
-  belief->set_pose(SE2(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a),
-                   variances.asDiagonal());
+  belief->set_pose(params_.initial_pose(), params_.initial_covariance());
   return belief;
 }
 
