@@ -92,12 +92,15 @@ field_core::UpdateResult LocalizeSolver::observe(const Mounting<double>& mountin
 
   const auto hu = h.topRows(used);
   const auto nu = n.topLeftCorner(used, width);
-  Eigen::MatrixXd q = nu * node_covariance_ * nu.transpose();
+  using Square =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostChannels, kMostChannels>;
+  Square q = nu * node_covariance_ * nu.transpose();
   q.diagonal() += variance.head(used);
-  const Eigen::MatrixXd s = hu * covariance_ * hu.transpose() + q;
-  const Eigen::LLT<Eigen::MatrixXd> factor(s);
+  const Square s = hu * covariance_ * hu.transpose() + q;
+  const Eigen::LLT<Square> factor(s);
   if (factor.info() != Eigen::Success) throw_not_positive();
-  const Eigen::MatrixXd gain = factor.solve(hu * covariance_).transpose();
+  const Eigen::Matrix<double, kRobot, Eigen::Dynamic, 0, kRobot, kMostChannels> gain =
+      factor.solve(hu * covariance_).transpose();
   const double nis = innovation.head(used).dot(factor.solve(innovation.head(used)));
   mean_ += gain * innovation.head(used);
   mean_[2] = field_core::wrap_angle(mean_[2]);

@@ -30,9 +30,10 @@ std::vector<std::string> VectorFieldSlam::run_parameters() {
   return {"start_measurements", "gate_probability", "calibration_noise",
           "localize_only",      "patience",         "relocalization_particles",
           "max_nodes",          "odom_alpha1",      "odom_alpha2",
-          "odom_alpha3",        "odom_alpha4",      "initial_pose_a",
-          "initial_cov_xx",     "initial_cov_yy",   "initial_cov_aa",
-          "update_min_d",       "update_min_a"};
+          "max_speed",          "max_turn_rate",    "odom_alpha3",
+          "odom_alpha4",        "initial_pose_a",   "initial_cov_xx",
+          "initial_cov_yy",     "initial_cov_aa",   "update_min_d",
+          "update_min_a"};
 }
 
 void VectorFieldSlam::reset() {
@@ -47,15 +48,33 @@ void VectorFieldSlam::reset() {
   moved_distance_ = moved_angle_ = 0.0;
 }
 
+OdometryStep<double> VectorFieldSlam::step_of(const field_core::OdometryIncrement& increment,
+                                              const SE2& pose) const {
+  // Stamps are often coarse: a step counts as 50 ms at least.
+  const double seconds = std::max(field_core::to_seconds(increment.to - increment.from), 0.05);
+  const double reach = params_.max_speed * seconds, turn = params_.max_turn_rate * seconds;
+  const SE2& d = increment.delta;
+  if (std::hypot(d.x(), d.y()) <= reach && std::abs(d.yaw()) <= turn) {
+    return odometry_step(motion_model_, pose, d);
+  }
+  // Even over a disc of that radius, and over that angle, as far as a Gaussian can say it.
+  const double yaw = std::min(turn, M_PI) / 1.7;
+  return {
+      0.0,
+      0.0,
+      0.0,
+      {{reach * reach / 4.0, 0.0, 0.0}, {0.0, reach * reach / 4.0, 0.0}, {0.0, 0.0, yaw * yaw}}};
+}
+
 void VectorFieldSlam::predict(const field_core::OdometryIncrement& increment) {
   const double distance = std::hypot(increment.delta.x(), increment.delta.y());
   if (started_) {
     const RobotVector r = solver_->robot();
-    solver_->move(odometry_step(motion_model_, SE2(r[0], r[1], r[2]), increment.delta),
+    solver_->move(step_of(increment, SE2(r[0], r[1], r[2])),
                   params_.calibration_noise * params_.calibration_noise * distance);
     if (relocalization_.active()) relocalization_.move(increment.delta, random_);
   } else {
-    start_.move(odometry_step(motion_model_, start_.pose(), increment.delta));
+    start_.move(step_of(increment, start_.pose()));
   }
   moved_distance_ += distance;
   moved_angle_ += std::abs(increment.delta.yaw());

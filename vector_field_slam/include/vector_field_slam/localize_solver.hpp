@@ -54,7 +54,8 @@ class LocalizeSolver final : public Solver {
   // Of the cell of the last measurement.
   GridIndex cell_;
   std::vector<int> nodes_;
-  Eigen::MatrixXd node_covariance_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4 * kMostChannels, 4 * kMostChannels>
+      node_covariance_;
 };
 
 }  // namespace vector_field_slam

@@ -60,6 +60,7 @@ struct VectorFieldSlamParams : field_core::MotionParams {
   bool localize_only = false;
   int patience = 10;
   int relocalization_particles = 3000;
+  double max_speed = 5.0, max_turn_rate = 10.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -131,6 +132,10 @@ struct VectorFieldSlamParams : field_core::MotionParams {
   template <class Visitor>
   void visit_motion(Visitor& v) {
     visit_odometry_noise(v);
+    v.number("max_speed", max_speed, field_core::positive(), "m/s",
+             "odometry that jumps faster than this is not believed: the robot is then taken to be "
+             "anywhere that it could have driven to");
+    v.number("max_turn_rate", max_turn_rate, field_core::positive(), "rad/s", "the same for turns");
     visit_start_and_updates(v);
   }
 };

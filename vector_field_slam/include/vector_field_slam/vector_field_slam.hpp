@@ -57,6 +57,8 @@ class VectorFieldSlam {
 
  private:
   bool moved_enough() const;
+  OdometryStep<double> step_of(const field_core::OdometryIncrement& increment,
+                               const field_core::SE2& pose) const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult start_with(const Mounting<double>& mounting);
   field_core::UpdateResult search(const Mounting<double>& mounting);
