@@ -25,9 +25,10 @@ def find(package):
 class Run:
     """A recording with its configuration."""
 
-    def __init__(self, name, bag, config):
-        self.name, self.bag, self.config = name, bag, config
-        self.fields = yaml.safe_load(config.read_text())["fields"]
+    def __init__(self, name, bag, config, node="gp_localize"):
+        self.name, self.bag, self.config, self.node = name, bag, config, node
+        values = yaml.safe_load(config.read_text())
+        self.fields = values.get("fields") or values["channels"]
 
     def variant(self, directory, **changes):
         """The shipped configuration with some values changed; the file is written to directory."""
@@ -37,7 +38,7 @@ class Run:
         return file
 
     def replay(self, config, seed, directory):
-        run("rosrun", "gp_localize", "gp_localize_replay", "--bag", self.bag, "--config", config,
+        run("rosrun", self.node, f"{self.node}_replay", "--bag", self.bag, "--config", config,
             "--output", directory, "--seed", seed)
 
     def evaluate(self, directory, field=None, title=None):
@@ -56,9 +57,11 @@ class Run:
         return {t["name"]: t for t in result["trajectories"]}, result["duration_s"]
 
 
-def bundled(name):
-    return Run(name, find("field_bags") / "bags" / f"{name}.bag",
-               find("field_config") / "bags" / f"{name}.gp_localize.yaml")
+def bundled(name, node="gp_localize"):
+    """A bundled bag under the configuration of a node; None if there is none."""
+    config = find("field_config") / "bags" / f"{name}.{node}.yaml"
+    bag = find("field_bags") / "bags" / f"{name}.bag"
+    return Run(name, bag, config, node) if config.exists() else None
 
 
 def recording(folder, directory):

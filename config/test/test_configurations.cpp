@@ -9,6 +9,7 @@
 #include "field_ros/param_doc.hpp"
 #include "field_ros/param_loader.hpp"
 #include "gp_localize/params.hpp"
+#include "vector_field_slam/params.hpp"
 
 namespace {
 
@@ -25,15 +26,12 @@ std::vector<std::string> configurations(const std::string& folder, const std::st
   return paths;
 }
 
-struct Loaded {
+template <class Params>
+Params load(const std::string& path) {
   field_ros::NodeParams node;
-  gp_localize::GpLocalizeParams estimator;
-};
-
-Loaded load(const std::string& path) {
-  Loaded loaded;
-  field_ros::load_params(field_ros::ParamTree::from_yaml_file(path), loaded.node, loaded.estimator);
-  return loaded;
+  Params params;
+  field_ros::load_params(field_ros::ParamTree::from_yaml_file(path), node, params);
+  return params;
 }
 
 TEST(Configurations, AreAcceptedByGpLocalize) {
@@ -41,9 +39,8 @@ TEST(Configurations, AreAcceptedByGpLocalize) {
   for (const char* folder : {"bags", "recordings"}) {
     for (const std::string& path : configurations(folder, ".gp_localize.yaml")) {
       ++count;
-      Loaded loaded;
-      ASSERT_NO_THROW(loaded = load(path)) << path;
-      const auto& p = loaded.estimator;
+      gp_localize::GpLocalizeParams p;
+      ASSERT_NO_THROW(p = load<gp_localize::GpLocalizeParams>(path)) << path;
       const auto& region = p.support.region;
       EXPECT_TRUE(p.initial_pose_x > region[0] && p.initial_pose_x < region[2] &&
                   p.initial_pose_y > region[1] && p.initial_pose_y < region[3])
@@ -51,6 +48,17 @@ TEST(Configurations, AreAcceptedByGpLocalize) {
     }
   }
   EXPECT_GE(count, 6u);
+}
+
+TEST(Configurations, AreAcceptedByVectorFieldSlam) {
+  std::size_t count = 0;
+  for (const char* folder : {"bags", "recordings"}) {
+    for (const std::string& path : configurations(folder, ".vector_field_slam.yaml")) {
+      ++count;
+      EXPECT_NO_THROW(load<vector_field_slam::VectorFieldSlamParams>(path)) << path;
+    }
+  }
+  EXPECT_GE(count, 1u);
 }
 
 /// The values of a tree by path, as text.
@@ -62,17 +70,17 @@ void flatten(const field_ros::ParamNode& node, const std::string& prefix,
   }
 }
 
-TEST(Configurations, DefaultFileNamesEveryKeyWithItsDefault) {
-  const auto shipped = field_ros::ParamTree::from_yaml_file("gp_localize.yaml");
-  ASSERT_NO_THROW(load("gp_localize.yaml"));
-  const auto docs =
-      field_ros::document_params<gp_localize::GpLocalizeParams, field_ros::NodeParams>();
+template <class Params>
+void expect_every_key_with_its_default(const std::string& file) {
+  const auto shipped = field_ros::ParamTree::from_yaml_file(file);
+  ASSERT_NO_THROW(load<Params>(file));
+  const auto docs = field_ros::document_params<Params, field_ros::NodeParams>();
   std::map<std::string, const field_ros::ParamNode*> values;
   flatten(shipped.root(), "", values);
   for (const auto& doc : docs) {
     if (doc.path.find("NAME") != std::string::npos) continue;  // entries of dictionaries
     const auto found = values.find(doc.path);
-    ASSERT_TRUE(found != values.end()) << doc.path << " is missing from gp_localize.yaml";
+    ASSERT_TRUE(found != values.end()) << doc.path << " is missing from " << file;
     if (doc.kind != field_ros::ParamDoc::Kind::value) continue;
     const auto expected =
         field_ros::ParamTree::from_yaml_text("value: " + doc.default_value, "default");
@@ -91,6 +99,12 @@ TEST(Configurations, DefaultFileNamesEveryKeyWithItsDefault) {
       EXPECT_EQ(number(a.items[i]), number(b.items[i])) << doc.path;
     }
   }
+}
+
+TEST(Configurations, DefaultFilesNameEveryKeyWithItsDefault) {
+  expect_every_key_with_its_default<gp_localize::GpLocalizeParams>("gp_localize.yaml");
+  expect_every_key_with_its_default<vector_field_slam::VectorFieldSlamParams>(
+      "vector_field_slam.yaml");
 }
 
 }  // namespace

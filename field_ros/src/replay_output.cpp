@@ -9,6 +9,8 @@
 #include "field_core/csv.hpp"
 #include "field_core/trajectory.hpp"
 #include "field_ros/field_grid.hpp"
+#include "field_ros/map_files.hpp"
+#include "field_ros/publishers.hpp"
 #include "field_ros/state_file.hpp"
 
 namespace field_ros {
@@ -57,6 +59,16 @@ void ReplayOutput::add(const SessionStep& step) {
   estimate_csv_ += line(field_core::estimate_csv_line(b.stamp, b.mean, b.covariance));
   timing_csv_ += format_stamp(b.stamp) + "," + format_number(step.step_s) + "\n";
   ++steps_;
+}
+
+void ReplayOutput::add_trajectory() {
+  files_["estimate.tum"] = estimate_tum_;
+  files_["estimate.csv"] = line(field_core::kEstimateCsvHeader) + estimate_csv_;
+  files_["timing.csv"] = "stamp_s,step_s\n" + timing_csv_;
+}
+
+void ReplayOutput::add_map_files(const Session& session) {
+  files_.merge(map_files(predict_grid(session)));
 }
 
 void ReplayOutput::add_fields(const Session& session) {
@@ -109,7 +121,8 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
       << ",\n  \"left_waiting_for_odometry\": " << left_waiting
       << ",\n  \"unknown_field_names\": " << c.unknown_fields
       << ",\n  \"numerical_errors\": " << c.numerical_errors
-      << ",\n  \"clock_resets\": " << c.clock_resets << ",\n  \"nis_per_dof\": " << nis
+      << ",\n  \"clock_resets\": " << c.clock_resets << ",\n  \"recoveries\": " << c.recoveries
+      << ",\n  \"nis_per_dof\": " << nis
       << ",\n  \"final_pose\": {\"stamp_s\": " << format_stamp(b.stamp)
       << ", \"x_m\": " << format_number(b.mean.x()) << ", \"y_m\": " << format_number(b.mean.y())
       << ", \"yaw_rad\": " << format_number(b.mean.yaw()) << "}\n}\n";
@@ -118,9 +131,6 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
 
 void ReplayOutput::write(const std::string& directory) {
   namespace fs = std::filesystem;
-  files_["estimate.tum"] = estimate_tum_;
-  files_["estimate.csv"] = line(field_core::kEstimateCsvHeader) + estimate_csv_;
-  files_["timing.csv"] = "stamp_s,step_s\n" + timing_csv_;
   const bool existed = fs::exists(directory);
   create_directories(directory);
   const fs::path temporary = fs::path(directory) / (".partial-" + std::to_string(::getpid()));

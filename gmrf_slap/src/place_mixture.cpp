@@ -20,13 +20,15 @@ bool same_sites(const SiteRow& a, const SiteRow& b) {
 }  // namespace
 
 void PlaceMixture::add(const SiteRow& row, double weight, double residual) {
-  if (row.count > 0 && weight > 0.0) places_.push_back({key_of(row), weight, residual, row});
+  if (row.count > 0 && weight > 0.0)
+    places_.push_back({key_of(row), static_cast<int>(places_.size()), weight, residual, row});
 }
 
 void PlaceMixture::join() {
-  // Stable in effect: places of one key are summed in the order they were added.
-  std::stable_sort(places_.begin(), places_.end(),
-                   [](const Place& a, const Place& b) { return a.key < b.key; });
+  // Places of one key are summed in the order they were added (std::stable_sort would allocate).
+  std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
+    return a.key != b.key ? a.key < b.key : a.order < b.order;
+  });
   std::size_t last = 0;
   for (std::size_t i = 1; i < places_.size(); ++i) {
     Place& to = places_[last];

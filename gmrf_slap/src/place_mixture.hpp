@@ -23,6 +23,7 @@ class PlaceMixture {
  private:
   struct Place {
     long key;
+    int order;
     double weight, residual;
     SiteRow row;
   };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "field_core/errors.hpp"
+#include "lattice_belief.hpp"
 #include "trajectory_belief.hpp"
 
 namespace gmrf_slap {
@@ -21,11 +22,13 @@ Slap::Slap(const GmrfSlapParams& params, std::uint64_t seed, const Walls& walls)
 std::unique_ptr<RobotBelief> Slap::make_belief(int robot) const {
   // Robots draw different numbers.
   const std::uint64_t seed = seed_ + 0x9E3779B97F4A7C15ull * static_cast<std::uint64_t>(robot);
-  auto belief = std::make_unique<TrajectoryBelief>(params_, fields_, seed);
-  const Eigen::Vector3d variances(params_.initial_cov_xx, params_.initial_cov_yy,
-                                  params_.initial_cov_aa);
-  belief->set_pose(SE2(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a),
-                   variances.asDiagonal());
+  std::unique_ptr<RobotBelief> belief;
+  if (params_.position_belief == PositionBelief::trajectories) {
+    belief = std::make_unique<TrajectoryBelief>(params_, fields_, seed);
+  } else {
+    belief = std::make_unique<LatticeBelief>(params_, fields_);
+  }
+  belief->set_pose(params_.initial_pose(), params_.initial_covariance());
   return belief;
 }
 
@@ -106,8 +109,26 @@ const FieldBank& Slap::merged() const {
   return *merged_;
 }
 
+Eigen::VectorXd Slap::site_mean(int field) const {
+  const auto f = static_cast<std::size_t>(field);
+  // One robot: the exact mixture over its trajectories. Several: they would count common knowledge
+  // twice, so their moment-matched fields are joined.
+  if (robots() > 1) return merged().fields().at(f).site_mean();
+  return robots_[0].belief->field_mean(fields_.fields().at(f), f);
+}
+
 field_core::FieldPrediction Slap::predict_field(const Eigen::Matrix2Xd& points) const {
-  return merged().predict(points);
+  field_core::FieldPrediction out = merged().predict(points);
+  if (robots() > 1) return out;
+  for (std::size_t f = 0; f < infos_.size(); ++f) {
+    const FieldMixture& field = fields_.fields()[f];
+    const Eigen::VectorXd mean = site_mean(static_cast<int>(f));
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      out.mean(static_cast<Eigen::Index>(f), i) =
+          field.prior_mean(points.col(i)) + fields_.row(points.col(i)).dot(mean);
+    }
+  }
+  return out;
 }
 
 std::vector<HyperparameterPosterior> Slap::hyperparameters() const {
@@ -156,7 +177,7 @@ void Slap::restore(const field_core::State& state) {
     const std::string prefix = "robot" + std::to_string(r) + "/";
     Robot robot;
     robot.belief = make_belief(r);
-    robot.belief->restore(state, prefix);
+    robot.belief->restore(state, prefix, fields);
     const Eigen::MatrixXd& moved = state.matrix(prefix + "moved", 3, 1);
     robot.updated = moved(0) > 0.0;
     robot.moved_distance = moved(1);

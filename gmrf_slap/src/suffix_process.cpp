@@ -16,7 +16,9 @@ SuffixProcess::SuffixProcess(int capacity, int hypotheses)
       evidence_(Eigen::VectorXd::Zero(hypotheses)),
       factors_(static_cast<std::size_t>(hypotheses)) {
   for (Factor& f : factors_) {
-    f.rows.resize(static_cast<std::size_t>(capacity) * static_cast<std::size_t>(capacity + 1) / 2);
+    // One row more than can be held: the row of a prediction.
+    f.rows.resize(static_cast<std::size_t>(capacity + 1) * static_cast<std::size_t>(capacity + 2) /
+                  2);
     f.white = Eigen::VectorXd::Zero(capacity);
   }
 }
@@ -65,8 +67,8 @@ void SuffixProcess::append(const SiteRow& row, double residual, double noise) {
 void SuffixProcess::rebuild(int count, const FieldMixture& field) {
   const int left = size_ - count;
   std::copy(rows_.begin() + count, rows_.begin() + size_, rows_.begin());
-  residuals_.head(left) = residuals_.segment(count, left).eval();
-  noises_.head(left) = noises_.segment(count, left).eval();
+  std::copy(residuals_.data() + count, residuals_.data() + size_, residuals_.data());
+  std::copy(noises_.data() + count, noises_.data() + size_, noises_.data());
   evidence_.setZero();
   for (int l = 0; l < static_cast<int>(factors_.size()); ++l) {
     for (size_ = 0; size_ < left; ++size_) {

@@ -5,13 +5,16 @@
 #include <cmath>
 
 #include "field_core/errors.hpp"
-#include "place_mixture.hpp"
-#include "weights.hpp"
+#include "site_list.hpp"
 
 namespace gmrf_slap {
 
 using field_core::SE2;
 using field_core::UpdateResult;
+
+namespace {
+constexpr double kPi = 3.14159265358979323846;
+}  // namespace
 
 TrajectoryBelief::TrajectoryBelief(const GmrfSlapParams& params, const FieldBank& fields,
                                    std::uint64_t seed)
@@ -30,7 +33,12 @@ TrajectoryBelief::TrajectoryBelief(const GmrfSlapParams& params, const FieldBank
       rows_(count_),
       places_(count_) {
   Track track;
-  for (const FieldMixture& field : fields.fields()) track.emplace_back(lag_, field.hypotheses());
+  for (const FieldMixture& field : fields.fields()) {
+    track.emplace_back(lag_, field.hypotheses());
+    theta_.push_back(field.prior);
+    shares_.emplace_back(field.hypotheses(), static_cast<Eigen::Index>(count_));
+  }
+  steps_.assign(static_cast<std::size_t>(lag_), std::vector<unsigned char>(track.size(), 0));
   tracks_.assign(count_, track);
   belief_.particles.resize(count_);
   normalize_weights();
@@ -48,10 +56,19 @@ void TrajectoryBelief::scatter(const FieldBank& fields) {
   const Lattice& lattice = fields.lattice();
   const Eigen::Vector2d low = lattice.position(0), high = lattice.position(lattice.sites() - 1);
   const double half = 0.5 * lattice.spacing();
+  // Evenly spread (the additive sequence of the plastic number's powers, Roberts 2018, shifted at
+  // random): fewer holes than independent draws leave.
+  const double u = random_.uniform(), v = random_.uniform(), w = random_.uniform();
+  const auto spread = [](double shift, double step, double k, double from, double to) {
+    const double x = shift + step * k;
+    return from + (to - from) * (x - std::floor(x));
+  };
+  double k = 0.0;
   for (SE2& pose : poses_) {
-    const double x = random_.uniform(low.x() - half, high.x() + half);
-    const double y = random_.uniform(low.y() - half, high.y() + half);
-    pose = SE2(x, y, random_.uniform(-3.14159265358979, 3.14159265358979));
+    pose = SE2(spread(u, 0.8191725133961645, k, low.x() - half, high.x() + half),
+               spread(v, 0.6710436067037893, k, low.y() - half, high.y() + half),
+               spread(w, 0.5497004779019703, k, -kPi, kPi));
+    k += 1.0;
   }
   log_weights_.setZero();
   normalize_weights();
@@ -90,20 +107,20 @@ UpdateResult TrajectoryBelief::observe_position(const FieldBank&, const Eigen::V
   return {true, "", innovation.dot(spread.inverse() * innovation), 2};
 }
 
-void TrajectoryBelief::hypotheses_of(const FieldMixture& field, std::size_t f,
-                                     std::size_t p) const {
+const Eigen::VectorXd& TrajectoryBelief::hypotheses_of(const FieldMixture& field, std::size_t f,
+                                                       std::size_t p) const {
   const SuffixProcess& process = tracks_[p][f];
-  theta_.resize(field.hypotheses());
+  Eigen::VectorXd& theta = theta_[f];
   for (int l = 0; l < field.hypotheses(); ++l) {
-    theta_[l] = std::log(field.probability[l]) + process.evidence(l);
+    theta[l] = std::log(field.probability[l]) + process.evidence(l);
   }
-  exponentiate_and_normalize(theta_);
+  exponentiate_and_normalize(theta);
+  return theta;
 }
 
 UpdateResult TrajectoryBelief::update(FieldBank& fields,
                                       const std::vector<Observation>& observations,
                                       const SE2& sensor_in_base) {
-  follow(fields);
   bool inside = false;
   for (std::size_t p = 0; p < count_; ++p) {
     places_[p] = poses_[p] * sensor_in_base.translation();
@@ -111,6 +128,8 @@ UpdateResult TrajectoryBelief::update(FieldBank& fields,
     inside = inside || rows_[p].count > 0;
   }
   if (!inside) return UpdateResult::skipped("outside the grid");
+  focus(fields, rows_);
+  follow(fields);
 
   UpdateResult result;
   for (const Observation& z : observations) {
@@ -118,14 +137,14 @@ UpdateResult TrajectoryBelief::update(FieldBank& fields,
     const FieldMixture& field = fields.fields()[f];
     double first = 0.0, second = 0.0;  // moments of the predicted measurement
     for (std::size_t p = 0; p < count_; ++p) {
-      hypotheses_of(field, f, p);
+      const Eigen::VectorXd& theta = hypotheses_of(field, f, p);
       const double residual = z.value - field.prior_mean(places_[p]);
       LogSum density;
       for (int l = 0; l < field.hypotheses(); ++l) {
         const auto at = tracks_[p][f].predict(l, field, rows_[p]);
-        density.add(std::log(theta_[l]) +
+        density.add(std::log(theta[l]) +
                     log_normal(residual - at.mean, at.variance + noise_scale_ * z.noise));
-        const double w = weights_[static_cast<Eigen::Index>(p)] * theta_[l];
+        const double w = weights_[static_cast<Eigen::Index>(p)] * theta[l];
         const double d = residual - at.mean;
         first += w * d;
         second += w * (at.variance + z.noise + d * d);
@@ -138,14 +157,15 @@ UpdateResult TrajectoryBelief::update(FieldBank& fields,
   append(fields, observations);
   normalize_weights();
   summarize();
-  if (static_cast<int>(steps_.size()) >= lag_) advance(fields);
+  if (static_cast<int>(held_) >= lag_) advance(fields);
   resample_if_needed();
   return result;
 }
 
 void TrajectoryBelief::append(const FieldBank& fields,
                               const std::vector<Observation>& observations) {
-  std::vector<unsigned char> step(fields.fields().size(), 0);
+  std::vector<unsigned char>& step = steps_[held_++];
+  std::fill(step.begin(), step.end(), 0);
   for (const Observation& z : observations) {
     const auto f = static_cast<std::size_t>(z.field);
     step[f] = 1;
@@ -153,33 +173,41 @@ void TrajectoryBelief::append(const FieldBank& fields,
       tracks_[p][f].append(rows_[p], z.value - fields.fields()[f].prior_mean(places_[p]), z.noise);
     }
   }
-  steps_.push_back(std::move(step));
 }
 
 void TrajectoryBelief::merge_oldest(FieldBank& fields, int field, int entry) const {
   const auto f = static_cast<std::size_t>(field);
   FieldMixture& mixture = fields.fields()[f];
-  PlaceMixture places;
   for (int l = 0; l < mixture.hypotheses(); ++l) {
-    places.clear();
+    mixture_.clear();
     for (std::size_t p = 0; p < count_; ++p) {
       const SuffixProcess& process = tracks_[p][f];
-      places.add(process.row(entry),
-                 weights_[static_cast<Eigen::Index>(p)] * shares_(l, static_cast<Eigen::Index>(p)),
-                 process.residual(entry));
+      mixture_.add(process.row(entry), shares_[f](l, static_cast<Eigen::Index>(p)),
+                   process.residual(entry));
     }
-    places.condition(*mixture.given[static_cast<std::size_t>(l)], tracks_[0][f].noise(entry),
-                     prune_mass_);
+    mixture_.condition(*mixture.given[static_cast<std::size_t>(l)], tracks_[0][f].noise(entry),
+                       prune_mass_);
   }
+}
+
+void TrajectoryBelief::focus(FieldBank& fields, const std::vector<SiteRow>& rows) const {
+  if (!fields.needs_focus()) return;
+  std::vector<int> sites = sites_of(rows);
+  for (const Track& track : tracks_) {
+    for (const SuffixProcess& process : track) {
+      for (int i = 0; i < process.size(); ++i) add_sites(process.row(i), sites);
+    }
+  }
+  sort_unique(sites);
+  fields.focus(sites);
 }
 
 void TrajectoryBelief::merge(FieldBank& fields, int steps) const {
   for (std::size_t f = 0; f < fields.fields().size(); ++f) {
     FieldMixture& mixture = fields.fields()[f];
-    shares_.resize(mixture.hypotheses(), static_cast<Eigen::Index>(count_));
     for (std::size_t p = 0; p < count_; ++p) {
-      hypotheses_of(mixture, f, p);
-      shares_.col(static_cast<Eigen::Index>(p)) = theta_;
+      const auto at = static_cast<Eigen::Index>(p);
+      shares_[f].col(at) = weights_[at] * hypotheses_of(mixture, f, p);
     }
     int entry = 0;
     for (int step = 0; step < steps; ++step) {
@@ -191,17 +219,36 @@ void TrajectoryBelief::merge(FieldBank& fields, int steps) const {
 }
 
 void TrajectoryBelief::merge_into(FieldBank& fields) const {
-  merge(fields, static_cast<int>(steps_.size()));
+  focus(fields, {});
+  merge(fields, static_cast<int>(held_));
   for (std::size_t f = 0; f < fields.fields().size(); ++f) {
     FieldMixture& mixture = fields.fields()[f];
     Eigen::VectorXd probability = Eigen::VectorXd::Zero(mixture.hypotheses());
     for (std::size_t p = 0; p < count_; ++p) {
-      hypotheses_of(mixture, f, p);
-      probability += weights_[static_cast<Eigen::Index>(p)] * theta_;
+      probability += weights_[static_cast<Eigen::Index>(p)] * hypotheses_of(mixture, f, p);
     }
     mixture.probability = probability / probability.sum();
   }
   fields.changed();
+}
+
+Eigen::VectorXd TrajectoryBelief::field_mean(const FieldMixture& field, std::size_t index) const {
+  Eigen::VectorXd probability = Eigen::VectorXd::Zero(field.hypotheses());
+  std::vector<Eigen::VectorXd> site_weights(field.thetas.size(), Eigen::VectorXd::Zero(sites_));
+  for (std::size_t p = 0; p < count_; ++p) {
+    const Eigen::VectorXd& theta = hypotheses_of(field, index, p);
+    for (int l = 0; l < field.hypotheses(); ++l) {
+      const double w = weights_[static_cast<Eigen::Index>(p)] * theta[l];
+      probability[l] += w;
+      tracks_[p][index].add_site_weights(l, w, site_weights[static_cast<std::size_t>(l)]);
+    }
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(sites_);
+  for (std::size_t l = 0; l < field.thetas.size(); ++l) {
+    mean += probability[static_cast<Eigen::Index>(l)] * field.given[l]->mean();
+    mean += field.given[l]->multiply(site_weights[l]);
+  }
+  return mean;
 }
 
 void TrajectoryBelief::advance(FieldBank& fields) {
@@ -211,10 +258,10 @@ void TrajectoryBelief::advance(FieldBank& fields) {
     FieldMixture& mixture = fields.fields()[f];
     int entries = 0;
     for (int step = 0; step < steps; ++step) entries += steps_[static_cast<std::size_t>(step)][f];
-    std::vector<LogSum> ratio(mixture.thetas.size());
+    ratio_.assign(mixture.thetas.size(), LogSum());
+    before_.resize(mixture.thetas.size());
     for (std::size_t p = 0; p < count_; ++p) {
       SuffixProcess& process = tracks_[p][f];
-      before_.resize(mixture.thetas.size());
       for (std::size_t l = 0; l < before_.size(); ++l) {
         before_[l] = process.evidence(static_cast<int>(l));
       }
@@ -222,19 +269,20 @@ void TrajectoryBelief::advance(FieldBank& fields) {
       const double log_weight = std::log(weights_[static_cast<Eigen::Index>(p)]);
       for (int l = 0; l < mixture.hypotheses(); ++l) {
         const auto at = static_cast<std::size_t>(l);
-        ratio[at].add(log_weight + before_[at] - process.evidence(l));
+        ratio_[at].add(log_weight + before_[at] - process.evidence(l));
       }
     }
     // What the measurements that left the tracks said about theta stays with the fields.
-    theta_.resize(mixture.hypotheses());
+    Eigen::VectorXd& theta = theta_[f];
     for (int l = 0; l < mixture.hypotheses(); ++l) {
-      theta_[l] = std::log(mixture.probability[l]) + ratio[static_cast<std::size_t>(l)].value();
+      theta[l] = std::log(mixture.probability[l]) + ratio_[static_cast<std::size_t>(l)].value();
     }
-    exponentiate_and_normalize(theta_);
-    mixture.probability = theta_.cwiseMax(kSmallestProbability);
+    exponentiate_and_normalize(theta);
+    mixture.probability = theta.cwiseMax(kSmallestProbability);
     mixture.probability /= mixture.probability.sum();
   }
-  steps_.erase(steps_.begin(), steps_.begin() + steps);
+  std::rotate(steps_.begin(), steps_.begin() + steps, steps_.end());
+  held_ -= static_cast<std::size_t>(steps);
   fields.changed();
   version_ = fields.version();
 }

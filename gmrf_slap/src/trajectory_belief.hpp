@@ -15,7 +15,9 @@
 #include "field_core/odometry_motion_model.hpp"
 #include "field_core/random.hpp"
 #include "gmrf_slap/robot_belief.hpp"
+#include "place_mixture.hpp"
 #include "suffix_process.hpp"
+#include "weights.hpp"
 
 namespace gmrf_slap {
 
@@ -32,11 +34,13 @@ class TrajectoryBelief final : public RobotBelief {
                                   const field_core::SE2& sensor_in_base) override;
   field_core::Belief belief() const override { return belief_; }
   void merge_into(FieldBank& fields) const override;
+  Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const override;
   double left_out_mass() const override { return 0.0; }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;
   void save(field_core::State& state, const std::string& prefix) const override;
-  void restore(const field_core::State& state, const std::string& prefix) override;
+  void restore(const field_core::State& state, const std::string& prefix,
+               const FieldBank& fields) override;
 
  private:
   using Track = std::vector<SuffixProcess>;  // per field
@@ -46,12 +50,15 @@ class TrajectoryBelief final : public RobotBelief {
   void resample_if_needed();
   void follow(const FieldBank& fields);
   void append(const FieldBank& fields, const std::vector<Observation>& observations);
+  /// All sites of the trajectories and of `rows`.
+  void focus(FieldBank& fields, const std::vector<SiteRow>& rows) const;
   void merge_oldest(FieldBank& fields, int field, int entry) const;
   /// Brings the oldest `steps` measurements into the fields, with the weights of now.
   void merge(FieldBank& fields, int steps) const;
   void advance(FieldBank& fields);
-  /// pi(theta | D, trajectory of p) into theta_.
-  void hypotheses_of(const FieldMixture& field, std::size_t f, std::size_t p) const;
+  /// pi(theta | D, trajectory of p).
+  const Eigen::VectorXd& hypotheses_of(const FieldMixture& field, std::size_t f,
+                                       std::size_t p) const;
 
   std::size_t count_;
   int lag_, sites_;
@@ -62,15 +69,20 @@ class TrajectoryBelief final : public RobotBelief {
   Eigen::VectorXd log_weights_, weights_;
   std::vector<Track> tracks_;
   std::vector<std::vector<unsigned char>> steps_;  // which fields each held measurement had
+  std::size_t held_ = 0;                           // of steps_; the rest is kept for later
   std::size_t version_ = 0;                        // of the fields that the tracks follow
   field_core::Belief belief_;
   // Kept between steps so that a step allocates nothing.
   std::vector<SiteRow> rows_;
   std::vector<Eigen::Vector2d> places_;
   std::vector<int> ancestors_;
-  mutable Eigen::VectorXd theta_;
-  mutable Eigen::MatrixXd shares_;  // pi(theta_l | trajectory p)
+  mutable std::vector<Eigen::VectorXd>
+      theta_;  // per field: pi(theta | trajectory) of the last asked
+  mutable std::vector<Eigen::MatrixXd>
+      shares_;  // per field: the same of all, hypotheses x particles
+  mutable PlaceMixture mixture_;
   std::vector<double> before_;
+  std::vector<LogSum> ratio_;
 };
 
 }  // namespace gmrf_slap

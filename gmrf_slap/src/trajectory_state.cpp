@@ -54,8 +54,8 @@ void TrajectoryBelief::save(field_core::State& state, const std::string& prefix)
   state.set(prefix + "covariance", belief_.covariance);
   state.set_text(prefix + "random", random_.state());
   const std::size_t fields = tracks_[0].size();
-  Eigen::MatrixXd steps(fields, steps_.size());
-  for (std::size_t t = 0; t < steps_.size(); ++t) {
+  Eigen::MatrixXd steps(fields, held_);
+  for (std::size_t t = 0; t < held_; ++t) {
     for (std::size_t f = 0; f < fields; ++f) steps(f, t) = steps_[t][f];
   }
   state.set(prefix + "steps", steps);
@@ -69,7 +69,8 @@ void TrajectoryBelief::save(field_core::State& state, const std::string& prefix)
   }
 }
 
-void TrajectoryBelief::restore(const field_core::State& state, const std::string& prefix) {
+void TrajectoryBelief::restore(const field_core::State& state, const std::string& prefix,
+                               const FieldBank& bank) {
   const auto count = static_cast<Eigen::Index>(count_);
   const auto fields = static_cast<Eigen::Index>(tracks_[0].size());
   // Everything is read and checked before anything changes.
@@ -110,15 +111,15 @@ void TrajectoryBelief::restore(const field_core::State& state, const std::string
   }
   belief_.mean = SE2(Eigen::Vector3d(mean));
   belief_.covariance = covariance;
-  steps_.assign(static_cast<std::size_t>(steps.cols()),
-                std::vector<unsigned char>(static_cast<std::size_t>(fields), 0));
+  held_ = static_cast<std::size_t>(steps.cols());
   for (Eigen::Index t = 0; t < steps.cols(); ++t) {
     for (Eigen::Index f = 0; f < fields; ++f) {
       steps_[static_cast<std::size_t>(t)][static_cast<std::size_t>(f)] = steps(f, t) > 0.0;
     }
   }
   normalize_weights();
-  version_ = 0;  // factors are rebuilt before they are used
+  version_ = bank.version() + 1;  // not followed yet
+  follow(bank);
 }
 
 }  // namespace gmrf_slap

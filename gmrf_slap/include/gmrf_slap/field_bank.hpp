@@ -26,6 +26,8 @@ struct FieldMixture {
 
   int hypotheses() const { return static_cast<int>(thetas.size()); }
   double prior_mean(const Eigen::Vector2d& point) const { return mean + trend.dot(point); }
+  /// Mean over theta at all sites, a deviation from the prior mean.
+  Eigen::VectorXd site_mean() const;
 };
 
 /// A reading ready for the filter: finite, its noise (with the nugget) above 0.
@@ -52,9 +54,16 @@ class FieldBank {
   /// H at a place; outside of the grid count = 0: nothing is known there.
   SiteRow row(const Eigen::Vector2d& point) const;
 
+  /// Tells every field which sites one robot's next step names (GaussianField::focus).
+  void focus(const std::vector<int>& sites);
+  bool needs_focus() const { return engine_ != Engine::dense; }
+
   /// Counts the changes of any field: whoever keeps what follows from the fields looks here.
   std::size_t version() const { return version_; }
   void changed() { ++version_; }
+
+  /// Brings in a measurement taken at a known place, exactly: eq. (17), and theta by its evidence.
+  void assimilate(const Observation& z, const Eigen::Vector2d& place);
 
   /// Mixture over theta (eq. 13): mean and variance of a measurement, nugget and noise included.
   field_core::FieldPrediction predict(const Eigen::Matrix2Xd& points) const;
@@ -66,6 +75,7 @@ class FieldBank {
  private:
   Lattice lattice_{Eigen::Vector2d::Zero(), 1.0, 1, 1, false};
   Interpolation interpolation_ = Interpolation::bilinear;
+  Engine engine_ = Engine::dense;
   std::vector<FieldMixture> fields_;
   std::vector<std::vector<std::shared_ptr<const GaussianField>>> priors_;
   std::size_t version_ = 0;

@@ -13,6 +13,14 @@ struct SiteRow {
   int count = 0;
   std::array<int, 4> site{};
   std::array<double, 4> weight{};
+
+  double dot(const Eigen::VectorXd& site_values) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      sum += weight[i] * site_values[site[i]];
+    }
+    return sum;
+  }
 };
 
 enum class Interpolation { nearest, bilinear };

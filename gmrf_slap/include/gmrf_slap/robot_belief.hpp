@@ -29,16 +29,21 @@ class RobotBelief {
                                           const field_core::SE2& sensor_in_base) = 0;
   /// Its stamp is not set.
   virtual field_core::Belief belief() const = 0;
-  /// Brings what only this belief knows of the fields into them.
+  /// Brings what only this belief knows of the fields into them, by moment matching.
   virtual void merge_into(FieldBank& fields) const = 0;
+  /// Mean of a field at all sites, a deviation from the prior mean, with what only this belief
+  /// knows: the exact mixture over its hypotheses.
+  virtual Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const = 0;
   /// Share of the posterior mass that the last update left out.
   virtual double left_out_mass() const = 0;
 
   virtual void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) = 0;
   /// Anywhere on the grid, any yaw.
   virtual void scatter(const FieldBank& fields) = 0;
+  /// Complete, given the fields. restore @throws DataError and changes nothing then.
   virtual void save(field_core::State& state, const std::string& prefix) const = 0;
-  virtual void restore(const field_core::State& state, const std::string& prefix) = 0;
+  virtual void restore(const field_core::State& state, const std::string& prefix,
+                       const FieldBank& fields) = 0;
 };
 
 }  // namespace gmrf_slap

@@ -46,6 +46,9 @@ class Slap {
   field_core::Belief belief(int robot) const;
   /// Share of the posterior mass of the robot's position that its last update left out.
   double left_out_mass(int robot) const { return at(robot).belief->left_out_mass(); }
+  /// Mean of a field at all sites, a deviation from its prior mean.
+  Eigen::VectorXd site_mean(int field) const;
+  const FieldBank& bank() const { return fields_; }
   /// With all that the robots know.
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const;
   std::vector<HyperparameterPosterior> hyperparameters() const;

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "field_core/estimator.hpp"
@@ -52,6 +53,18 @@ class GpLocalize {
   /// In modes localization and lifelong, a state saved while mapping gives its map only: the pose
   /// is that of the parameters, as after reset(). Every other state is taken over bit for bit.
   void restore(const field_core::State& state);
+  /// How the filter is run, not what the map is; the number of particles restore() checks itself.
+  static std::vector<std::string> run_parameters() {
+    return {"mode",
+            "survey",
+            "particles",
+            "adaptive",
+            "lost",
+            "likelihood_noise_scale",
+            "precision",
+            "resample_threshold",
+            "interpolation_tolerance"};
+  }
 
  private:
   bool moved_enough() const;
