@@ -23,12 +23,12 @@ def find(package):
 
 
 class Run:
-    """A recording with its configuration."""
+    """A recording with its configuration, if one is shipped."""
 
-    def __init__(self, name, bag, config, node="gp_localize"):
+    def __init__(self, name, bag, config=None, node="gp_localize"):
         self.name, self.bag, self.config, self.node = name, bag, config, node
-        values = yaml.safe_load(config.read_text())
-        self.fields = values.get("fields") or values["channels"]
+        values = yaml.safe_load(config.read_text()) if config else {"fields": {}}
+        self.fields = values.get("fields") or values.get("channels")
 
     def variant(self, directory, **changes):
         """The shipped configuration with some values changed; the file is written to directory."""
@@ -65,12 +65,12 @@ def bundled(name, node="gp_localize"):
 
 
 def recording(folder, directory):
-    """A recording in the suite's CSV format, as a bag in directory."""
+    """A recording in the suite's CSV format, as a bag in directory; its configuration where one is shipped."""
     bag = directory / f"{folder.name}.bag"
     run("rosrun", "field_bags", "csv_to_bag", "--odom", folder / "odom.csv", "--measurements",
         folder / "measurements.csv", "--truth", folder / "truth.csv", "--output", bag)
-    return Run(folder.name, bag,
-               find("field_config") / "recordings" / f"{folder.name}.gp_localize.yaml")
+    config = find("field_config") / "recordings" / f"{folder.name}.gp_localize.yaml"
+    return Run(folder.name, bag, config if config.exists() else None)
 
 
 def speed(directory, duration):
