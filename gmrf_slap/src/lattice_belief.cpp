@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "field_core/errors.hpp"
+#include "site_list.hpp"
 #include "weights.hpp"
 
 namespace gmrf_slap {
@@ -181,6 +182,7 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
     sites_.push_back(base * sensor_in_base.translation());
     rows_.push_back(fields.row(sites_.back()));
   }
+  if (fields.needs_focus()) fields.focus(sites_of(rows_));
   mean_buffer_.resize(places_.size());
   variance_buffer_.resize(places_.size());
   joint_.weights = weights_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "field_core/errors.hpp"
+#include "site_list.hpp"
 
 namespace gmrf_slap {
 
@@ -120,7 +121,6 @@ const Eigen::VectorXd& TrajectoryBelief::hypotheses_of(const FieldMixture& field
 UpdateResult TrajectoryBelief::update(FieldBank& fields,
                                       const std::vector<Observation>& observations,
                                       const SE2& sensor_in_base) {
-  follow(fields);
   bool inside = false;
   for (std::size_t p = 0; p < count_; ++p) {
     places_[p] = poses_[p] * sensor_in_base.translation();
@@ -128,6 +128,8 @@ UpdateResult TrajectoryBelief::update(FieldBank& fields,
     inside = inside || rows_[p].count > 0;
   }
   if (!inside) return UpdateResult::skipped("outside the grid");
+  focus(fields, rows_);
+  follow(fields);
 
   UpdateResult result;
   for (const Observation& z : observations) {
@@ -188,6 +190,18 @@ void TrajectoryBelief::merge_oldest(FieldBank& fields, int field, int entry) con
   }
 }
 
+void TrajectoryBelief::focus(FieldBank& fields, const std::vector<SiteRow>& rows) const {
+  if (!fields.needs_focus()) return;
+  std::vector<int> sites = sites_of(rows);
+  for (const Track& track : tracks_) {
+    for (const SuffixProcess& process : track) {
+      for (int i = 0; i < process.size(); ++i) add_sites(process.row(i), sites);
+    }
+  }
+  sort_unique(sites);
+  fields.focus(sites);
+}
+
 void TrajectoryBelief::merge(FieldBank& fields, int steps) const {
   for (std::size_t f = 0; f < fields.fields().size(); ++f) {
     FieldMixture& mixture = fields.fields()[f];
@@ -205,16 +219,22 @@ void TrajectoryBelief::merge(FieldBank& fields, int steps) const {
 }
 
 void TrajectoryBelief::merge_into(FieldBank& fields) const {
+  focus(fields, {});
   merge(fields, static_cast<int>(held_));
   for (std::size_t f = 0; f < fields.fields().size(); ++f) {
     FieldMixture& mixture = fields.fields()[f];
-    Eigen::VectorXd probability = Eigen::VectorXd::Zero(mixture.hypotheses());
-    for (std::size_t p = 0; p < count_; ++p) {
-      probability += weights_[static_cast<Eigen::Index>(p)] * hypotheses_of(mixture, f, p);
-    }
-    mixture.probability = probability / probability.sum();
+    mixture.probability = theta_posterior(mixture, f);
   }
   fields.changed();
+}
+
+Eigen::VectorXd TrajectoryBelief::theta_posterior(const FieldMixture& field,
+                                                  std::size_t index) const {
+  Eigen::VectorXd probability = Eigen::VectorXd::Zero(field.hypotheses());
+  for (std::size_t p = 0; p < count_; ++p) {
+    probability += weights_[static_cast<Eigen::Index>(p)] * hypotheses_of(field, index, p);
+  }
+  return probability / probability.sum();
 }
 
 Eigen::VectorXd TrajectoryBelief::field_mean(const FieldMixture& field, std::size_t index) const {

@@ -198,6 +198,64 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Beliefs,
                          ::testing::Values(PositionBelief::trajectories, PositionBelief::lattice,
                                            PositionBelief::gaussian));
 
+/// Two robots on the same grid; what the first believes and the field at a few points.
+struct Outcome {
+  Eigen::Vector3d mean;
+  Eigen::MatrixXd field, variance;
+  Eigen::VectorXd theta;
+};
+
+Outcome drive_two(GmrfSlapParams params) {
+  params.robots = {"one", "two"};
+  Slap slap(params, 2);
+  slap.set_pose(1, field_core::SE2(8.0, 6.0, 2.0), 1e-4 * Eigen::Matrix3d::Identity());
+  field_core::Random random(5);
+  for (int t = 0; t < 25; ++t) {
+    for (int r = 0; r < 2; ++r) {
+      if (r == 1 && t > 4 && t < 15) continue;  // silent for a while
+      slap.predict(r, test::motion(0.5, 0.0, 0.25));
+      slap.update(r,
+                  test::sample_of({{0, random.normal(), 0.0}, {1, random.normal(5.0, 1.0), 0.0}}));
+    }
+  }
+  Eigen::Matrix2Xd points(2, 4);
+  points << 3.0, 4.2, 8.0, 11.0, 3.0, 5.1, 6.0, 0.0;
+  const auto prediction = slap.predict_field(points);
+  return {slap.belief(0).mean.vector(), prediction.mean, prediction.variance,
+          slap.hyperparameters()[1].probability};
+}
+
+TEST_P(Beliefs, SparseEngineGivesTheSameAnswers) {
+  auto params = noisy_world(GetParam());
+  const Outcome dense = drive_two(params);
+  params.engine = Engine::sparse;
+  const Outcome sparse = drive_two(params);
+  // 1e-8 of the engines, carried through 25 steps.
+  EXPECT_LT((dense.mean - sparse.mean).norm(), 1e-6);
+  EXPECT_LT((dense.field - sparse.field).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((dense.variance - sparse.variance).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((dense.theta - sparse.theta).cwiseAbs().maxCoeff(), 1e-6);
+  params.engine = Engine::local;  // the halo covers this small grid
+  const Outcome local = drive_two(params);
+  EXPECT_LT((dense.mean - local.mean).norm(), 1e-2);
+  EXPECT_LT((dense.field - local.field).cwiseAbs().maxCoeff(), 1e-2);
+}
+
+TEST_P(Beliefs, SparseStatesContinueBitForBit) {
+  auto params = noisy_world(GetParam());
+  params.engine = Engine::sparse;
+  GmrfSlap a(params, 5), b(params, 6);
+  Drive x;
+  for (int t = 0; t < 13; ++t) x.step(a);
+  b.restore(a.state());
+  Drive y = x;
+  for (int t = 0; t < 15; ++t) {
+    x.step(a);
+    y.step(b);
+  }
+  expect_same(a, b);
+}
+
 TEST(Slap, RobotsThatFallSilentCostAndChangeNothing) {
   auto params = noisy_world(PositionBelief::trajectories);
   Slap one(params, 3);

@@ -1,25 +1,28 @@
 #include "packed_symmetric.hpp"
 
+#include "instruction_sets.hpp"
 #include "vector_math.hpp"
 
 namespace gp_localize {
 namespace {
 
-using field_core::KernelType;
-
-template <int Bytes>
-struct PackedKernels {
-  using M = VectorMath<double, Bytes>;
+template <class T, int Bytes>
+struct Kernels {
+  using M = VectorMath<T, Bytes>;
   using Vector = typename M::Vector;
   static constexpr int kLanes = M::kLanes;
 
-  static GP_LOCALIZE_INLINE double dot_product(const double* a, const double* b, int n) {
+  static GP_LOCALIZE_INLINE double dot(const double* a, const double* b, int n) {
     Vector sums{};
     int i = 0;
     for (; i + kLanes <= n; i += kLanes) sums += M::load(a + i) * M::load(b + i);
     double sum = M::sum(sums);
     for (; i < n; ++i) sum += a[i] * b[i];
     return sum;
+  }
+
+  static GP_LOCALIZE_INLINE void dot_product(const double* a, const double* b, int n, double* out) {
+    *out = dot(a, b, n);
   }
 
   /// Columns j .. j + 3, below their diagonal block: read and written once for all four.
@@ -48,7 +51,8 @@ struct PackedKernels {
     }
   }
 
-  static GP_LOCALIZE_INLINE void multiply(const double* packed, int n, const double* x, double* y) {
+  static GP_LOCALIZE_INLINE void packed_multiply(const double* packed, int n, const double* x,
+                                                 double* y) {
     for (int i = 0; i < n; ++i) y[i] = 0.0;
     int j = 0;
     for (; j + 4 <= n; j += 4) {
@@ -77,8 +81,8 @@ struct PackedKernels {
     }
   }
 
-  static GP_LOCALIZE_INLINE void downdate(const double* from, int n, int count, const double* g,
-                                          double* to) {
+  static GP_LOCALIZE_INLINE void packed_downdate(const double* from, int n, int count,
+                                                 const double* g, double* to) {
     for (int j = 0; j < n; from += n - j, to += n - j, ++j) {
       int i = 0;
       for (; i + kLanes <= n - j; i += kLanes) {
@@ -95,74 +99,31 @@ struct PackedKernels {
     }
   }
 
-  static GP_LOCALIZE_INLINE Vector correlation(KernelType type, Vector r2) {
-    if (type == KernelType::squared_exponential) return M::exp_of_negative(r2 * -0.5);
-    const bool smooth = type == KernelType::matern52;
-    const Vector r = M::square_root(r2 * (smooth ? 5.0 : 3.0));
-    const Vector decay = M::exp_of_negative(-r);
-    return smooth ? (1.0 + r + r * r * (1.0 / 3.0)) * decay : (1.0 + r) * decay;
-  }
-
-  static GP_LOCALIZE_INLINE void covariances(const OpenRows& rows, double x, double y,
-                                             const double* phi, double* out) {
+  static GP_LOCALIZE_INLINE void open_covariances(const OpenRows& rows, double x, double y,
+                                                  const double* phi, double* out) {
     for (int i = 0; i < rows.count; i += kLanes) {
       const Vector dx = (M::load(rows.x + i) - x) / rows.length_x;
       const Vector dy = (M::load(rows.y + i) - y) / rows.length_y;
-      M::store(out + i, rows.signal_variance * correlation(rows.kernel, dx * dx + dy * dy));
+      M::store(out + i, rows.signal_variance * correlation<M>(rows.kernel, dx * dx + dy * dy));
     }
     const double* gain = rows.gain;
     for (int i = 0; i < rows.count; ++i, gain += rows.support) {
-      out[i] -= dot_product(gain, phi, rows.support);
+      out[i] -= dot(gain, phi, rows.support);
     }
   }
 };
 
-#if defined(__x86_64__)
-#define GP_LOCALIZE_WIDE __attribute__((target("avx2,fma")))
-bool wide_supported() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
-using Wide = PackedKernels<32>;
-#else
-#define GP_LOCALIZE_WIDE
-bool wide_supported() { return false; }
-using Wide = PackedKernels<16>;
-#endif
-using Narrow = PackedKernels<16>;
-
-bool use_wide = wide_supported();
-
-GP_LOCALIZE_WIDE void multiply_wide(const double* packed, int n, const double* x, double* y) {
-  Wide::multiply(packed, n, x, y);
-}
-GP_LOCALIZE_WIDE void downdate_wide(const double* from, int n, int count, const double* g,
-                                    double* to) {
-  Wide::downdate(from, n, count, g, to);
-}
-GP_LOCALIZE_WIDE void covariances_wide(const OpenRows& rows, double x, double y, const double* phi,
-                                       double* out) {
-  Wide::covariances(rows, x, y, phi, out);
-}
-GP_LOCALIZE_WIDE double dot_wide(const double* a, const double* b, int n) {
-  return Wide::dot_product(a, b, n);
-}
-
 }  // namespace
 
-bool use_wide_packed(bool wanted) { return use_wide = wanted && wide_supported(); }
-
-void packed_multiply(const double* packed, int n, const double* x, double* y) {
-  use_wide ? multiply_wide(packed, n, x, y) : Narrow::multiply(packed, n, x, y);
-}
-
-void packed_downdate(const double* from, int n, int count, const double* g, double* to) {
-  use_wide ? downdate_wide(from, n, count, g, to) : Narrow::downdate(from, n, count, g, to);
-}
-
-void open_covariances(const OpenRows& rows, double x, double y, const double* phi, double* out) {
-  use_wide ? covariances_wide(rows, x, y, phi, out) : Narrow::covariances(rows, x, y, phi, out);
-}
-
-double dot_product(const double* a, const double* b, int n) {
-  return use_wide ? dot_wide(a, b, n) : Narrow::dot_product(a, b, n);
-}
+GP_LOCALIZE_KERNEL(packed_multiply, double,
+                   (const double* packed, int n, const double* x, double* y), (packed, n, x, y))
+GP_LOCALIZE_KERNEL(packed_downdate, double,
+                   (const double* from, int n, int count, const double* g, double* to),
+                   (from, n, count, g, to))
+GP_LOCALIZE_KERNEL(open_covariances, double,
+                   (const OpenRows& rows, double x, double y, const double* phi, double* out),
+                   (rows, x, y, phi, out))
+GP_LOCALIZE_KERNEL(dot_product, double, (const double* a, const double* b, int n, double* out),
+                   (a, b, n, out))
 
 }  // namespace gp_localize

@@ -7,10 +7,6 @@
 
 namespace gp_localize {
 
-/// Whether AVX2 versions are used where the processor has them (the default); returns what is used
-/// from now on. For tests and benchmarks.
-bool use_wide_packed(bool wanted);
-
 /// y = A x. O(n^2).
 void packed_multiply(const double* packed, int n, const double* x, double* y);
 
@@ -33,7 +29,12 @@ struct OpenRows {
 /// support).
 void open_covariances(const OpenRows& rows, double x, double y, const double* phi, double* out);
 
-/// a^T b
-double dot_product(const double* a, const double* b, int n);
+/// *out = a^T b
+void dot_product(const double* a, const double* b, int n, double* out);
+inline double dot_product(const double* a, const double* b, int n) {
+  double out;
+  dot_product(a, b, n, &out);
+  return out;
+}
 
 }  // namespace gp_localize

@@ -15,7 +15,8 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
       slice_size_(params.observation_model == ObservationModelType::fitc ? 1 : params.slice_size),
       recent_(params.observation_model == ObservationModelType::online_pitc_assimilated
                   ? Recent::ignored
-                  : Recent::used) {
+                  : Recent::used),
+      outlier_share_(params.outlier_share) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
   for (const FieldModel& field : fields_) {
@@ -75,6 +76,16 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
 
 void ParticleMap::relocate(const ParticleSet&, field_core::Random&) { close_slices(); }
 
+/// Of an error, up to a constant; with outliers that scatter as much as the field itself does.
+double ParticleMap::log_density(double error, double variance, double signal_variance) const {
+  const auto normal = [error](double v) { return -0.5 * (error * error / v + std::log(v)); };
+  const double inlier = normal(variance);
+  if (outlier_share_ == 0.0) return inlier;
+  const double good = std::log1p(-outlier_share_) + inlier;
+  const double bad = std::log(outlier_share_) + normal(variance + signal_variance);
+  return std::max(good, bad) + std::log1p(std::exp(-std::abs(good - bad)));
+}
+
 void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                         const std::vector<Observation>& observations,
                         std::vector<double>& log_likelihood, Innovation& innovation) {
@@ -98,7 +109,7 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
                                            phi_[k].col(p).data(), recent_, at);
       const double variance = at.variance + o.likelihood_variance;
       const double error = o.value - at.mean;
-      log_likelihood[p] -= 0.5 * (error * error / variance + std::log(variance));
+      log_likelihood[p] += log_density(error, variance, basis.kernel().signal_variance());
       mean += particles[p].weight * at.mean;
       square += particles[p].weight * (variance + at.mean * at.mean);
     }

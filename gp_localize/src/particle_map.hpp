@@ -38,6 +38,7 @@ class ParticleMap : public MapModel {
   using Slices = std::vector<OpenSlice>;         // one per field
 
   void share_among_all(std::size_t particles);
+  double log_density(double error, double variance, double signal_variance) const;
   void close_slices();
   /// A map that the particle alone may write to; what it held is left to the caller.
   int own_map(std::size_t particle);
@@ -46,6 +47,7 @@ class ParticleMap : public MapModel {
   std::vector<FieldModel> fields_;
   int slice_size_;
   Recent recent_;
+  double outlier_share_;
   int steps_in_slice_ = 0;
   Closed initial_;  // the prior, or what the survey says
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]

@@ -73,41 +73,6 @@ struct Kernels {
       out[p] = static_cast<double>(largest) + std::log(total / hypotheses);
     }
   }
-  static GP_LOCALIZE_INLINE void symmetric_multiply(const T* packed, int n, const T* x, T* y) {
-    std::fill(y, y + n, T(0));
-    for (int j = 0; j < n; ++j) {
-      const int below = n - j - 1;
-      const T* a = packed + 1;
-      const T* xs = x + j + 1;
-      T* ys = y + j + 1;
-      Vector dots{};
-      int i = 0;
-      for (; i + kLanes <= below; i += kLanes) {
-        const Vector column = M::load(a + i);
-        M::store(ys + i, M::load(ys + i) + column * x[j]);
-        dots += column * M::load(xs + i);
-      }
-      T dot = M::sum(dots);
-      for (; i < below; ++i) {
-        ys[i] += a[i] * x[j];
-        dot += a[i] * xs[i];
-      }
-      y[j] += packed[0] * x[j] + dot;
-      packed += n - j;
-    }
-  }
-
-  static GP_LOCALIZE_INLINE void symmetric_downdate(T* packed, int n, T scale, const T* g) {
-    for (int j = 0; j < n; ++j) {
-      const T s = scale * g[j];
-      int i = 0;
-      for (; i + kLanes <= n - j; i += kLanes) {
-        M::store(packed + i, M::load(packed + i) - s * M::load(g + j + i));
-      }
-      for (; i < n - j; ++i) packed[i] -= s * g[j + i];
-      packed += n - j;
-    }
-  }
 };
 
 }  // namespace
@@ -125,9 +90,5 @@ GP_LOCALIZE_KERNEL(log_mean_exp, float,
 GP_LOCALIZE_KERNEL(log_mean_exp, double,
                    (const double* rows, int count, int hypotheses, int stride, double* out),
                    (rows, count, hypotheses, stride, out))
-GP_LOCALIZE_KERNEL(symmetric_multiply, double,
-                   (const double* packed, int n, const double* x, double* y), (packed, n, x, y))
-GP_LOCALIZE_KERNEL(symmetric_downdate, double,
-                   (double* packed, int n, double scale, const double* g), (packed, n, scale, g))
 
 }  // namespace gp_localize

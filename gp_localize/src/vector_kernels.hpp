@@ -27,9 +27,4 @@ void whitened_features(const WhitenedSupport& basis, int n, const double* points
 void log_mean_exp(const float* rows, int count, int hypotheses, int stride, double* out);
 void log_mean_exp(const double* rows, int count, int hypotheses, int stride, double* out);
 
-/// y = A x for a symmetric matrix stored as the lower triangle by columns.
-void symmetric_multiply(const double* packed, int n, const double* x, double* y);
-/// A -= scale g g^T, the same storage.
-void symmetric_downdate(double* packed, int n, double scale, const double* g);
-
 }  // namespace gp_localize

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "../src/instruction_sets.hpp"
 #include "../src/packed_symmetric.hpp"
 #include "field_core/random.hpp"
 
@@ -16,13 +17,13 @@ namespace {
 class PackedSymmetric : public ::testing::TestWithParam<std::tuple<int, bool>> {
  protected:
   PackedSymmetric() : n(std::get<0>(GetParam())), random(n) {
-    use_wide_packed(std::get<1>(GetParam()));
+    use_wide_vectors(std::get<1>(GetParam()));
     full.resize(n, n);
     for (int j = 0; j < n; ++j) {
       for (int i = j; i < n; ++i) full(i, j) = full(j, i) = random.normal();
     }
   }
-  ~PackedSymmetric() override { use_wide_packed(true); }
+  ~PackedSymmetric() override { use_wide_vectors(true); }
 
   std::vector<double> pack(const Eigen::MatrixXd& a) const {
     std::vector<double> packed;

@@ -159,6 +159,23 @@ TEST_F(ParticleMapTest, PredictsTheMixtureOfTheParticles) {
   }
 }
 
+TEST(ParticleMapOutliers, DensityIsTheMixture) {
+  GpLocalizeParams p = params();
+  p.outlier_share = 0.2;
+  const auto models = make_field_models(p);
+  ParticleMap map(p, models);
+  ParticleSet particles(kParticles);
+  for (const double value : {0.1, 3.0, 60.0}) {
+    std::vector<double> log_likelihood;
+    Innovation innovation;
+    map.weigh(particles, SE2(), {{1, value, 0.09, 0.36}}, log_likelihood, innovation);
+    const double v = 1.4 * 1.4 + 0.36, wide = v + 1.4 * 1.4;  // nothing is known yet
+    const double expected = std::log(0.8 / std::sqrt(v) * std::exp(-0.5 * value * value / v) +
+                                     0.2 / std::sqrt(wide) * std::exp(-0.5 * value * value / wide));
+    EXPECT_NEAR(log_likelihood[3], expected, 1e-9 * (1.0 + std::abs(expected)));
+  }
+}
+
 TEST_F(ParticleMapTest, SharesWhatClosedSlicesSay) {
   EXPECT_EQ(map.distinct_maps(), 1);  // the prior
   for (int i = 0; i < kSlice; ++i) {

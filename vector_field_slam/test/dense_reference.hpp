@@ -217,7 +217,63 @@ struct Filter {
         .inverse();
   }
 
+  /// Relocation::window in covariance form: joint covariance of the window given all beyond, the
+  /// new nodes appended by eq. (14), then the conditional of (robot, new nodes) on the cell's known
+  /// nodes.
+  void enter_window(GridIndex next) {
+    const auto window_nodes = join(cell_nodes(cell), ring_nodes(cell));
+    std::vector<GridIndex> places;  // of the nodes in `covariance`, after the robot
+    for (int n : window_nodes) places.push_back(nodes[n]);
+    MatrixXd covariance =
+        pick(lambda, join(robot(), variables(window_nodes)), join(robot(), variables(window_nodes)))
+            .inverse();
+    const auto lookup = [&](GridIndex i) {
+      const auto n = std::find(places.begin(), places.end(), i);
+      return n == places.end() ? -1 : static_cast<int>(n - places.begin());
+    };
+    std::vector<int> free = robot();
+    std::vector<GridIndex> added;
+    for (;;) {
+      const NewNode n = next_new_node(next, lookup);
+      if (n.source.near < 0) break;  // all there: these tests never jump
+      const MatrixXd e = factors(), a2 = e + MatrixXd::Identity(M, M);
+      MatrixXd f = MatrixXd::Zero(M, covariance.rows());
+      f.middleCols(kRobot + M * n.source.far, M) = -e;
+      f.middleCols(kRobot + M * n.source.near, M) = a2;
+      const Eigen::Index size = covariance.rows();
+      MatrixXd grown(size + M, size + M);
+      grown << covariance, covariance * f.transpose(), f * covariance,
+          f * covariance * f.transpose() + noise();
+      covariance = grown;
+      places.push_back(n.index);
+      added.push_back(n.index);
+      for (int i = 0; i < M; ++i) free.push_back(static_cast<int>(size) + i);
+      const auto known = [this](GridIndex i) { return find(i); };
+      const auto source = extrapolation_source(n.index, known);
+      const VectorXd mean =
+          a2 * pick(mu, variables(source.near)) - e * pick(mu, variables(source.far));
+      append(n.index, mean, MatrixXd::Zero(M, M));
+    }
+    std::vector<int> given, given_here;
+    for (int j = 0; j < 4; ++j) {
+      const GridIndex index = cell_node(next, j);
+      if (std::find(added.begin(), added.end(), index) != added.end()) continue;
+      given = join(given, variables(find(index)));
+      for (int i = 0; i < M; ++i) given_here.push_back(kRobot + M * lookup(index) + i);
+    }
+    std::vector<int> x = robot();
+    for (GridIndex i : added) x = join(x, variables(find(i)));
+    const MatrixXd cross = pick(covariance, free, given_here);
+    const MatrixXd f = cross * pick(covariance, given_here, given_here).inverse();
+    const MatrixXd rest = pick(covariance, free, free) - f * cross.transpose();
+    marginalize_robot();
+    cell = next;
+    augment(x, given, f, rest);
+    recover();
+  }
+
   void enter(GridIndex next) {
+    if (relocation == Relocation::window) return enter_window(next);
     // The robot's conditional, from the covariance of robot, cell and rings given all else.
     const auto old = cell_nodes(cell);
     const auto window = join(join(robot(), variables(old)), variables(ring_nodes(cell)));
@@ -238,46 +294,61 @@ struct Filter {
     }
     if (relocation == Relocation::blank) rest = robot_covariance + MatrixXd(r0.asDiagonal());
 
-    const auto m = without(all(), robot());  // marginalization, (31)-(32)
+    marginalize_robot();
+    add_nodes(next);
+    cell = next;
+    augment(robot(), variables(shared), f, rest);
+    recover();
+  }
+
+  /// Eq. (31)-(32).
+  void marginalize_robot() {
+    const auto m = without(all(), robot());
     const MatrixXd xx = pick(lambda, robot(), robot()), xm = pick(lambda, robot(), m);
     const VectorXd eta_m = pick(eta, m) - xm.transpose() * xx.inverse() * pick(eta, robot());
     put(m, m, pick(lambda, m, m) - xm.transpose() * xx.inverse() * xm);
     for (std::size_t i = 0; i < m.size(); ++i) eta[m[i]] = eta_m[i];
     put(robot(), m, MatrixXd::Zero(kRobot, m.size()));
     put(m, robot(), MatrixXd::Zero(m.size(), kRobot));
-
-    add_nodes(next);
-    cell = next;
-    // Augmentation, (34)-(35).
-    const auto s = variables(shared);
-    const MatrixXd information = rest.inverse();
-    VectorXd d = mu.head(kRobot);
-    if (!s.empty()) d -= f * pick(mu, s);
-    put(robot(), robot(), information);
-    eta.head(kRobot) = information * d;
-    if (!s.empty()) {
-      put(robot(), s, -information * f);
-      put(s, robot(), -f.transpose() * information);
-      put(s, s, pick(lambda, s, s) + f.transpose() * information * f);
-      const VectorXd change = f.transpose() * information * d;
-      for (std::size_t i = 0; i < s.size(); ++i) eta[s[i]] -= change[i];
-    }
-    recover();
+    put(robot(), robot(), MatrixXd::Zero(kRobot, kRobot));
+    eta.head(kRobot).setZero();
   }
+
+  /// Eq. (34)-(35): x = F s + d + N(0, rest), with d such that the means stay.
+  void augment(const std::vector<int>& x, const std::vector<int>& s, const MatrixXd& f,
+               const MatrixXd& rest) {
+    const MatrixXd information = rest.inverse();
+    VectorXd d = pick(mu, x);
+    if (!s.empty()) d -= f * pick(mu, s);
+    add(x, x, information, information * d);
+    if (s.empty()) return;
+    put(x, s, -information * f);
+    put(s, x, -f.transpose() * information);
+    add(s, s, f.transpose() * information * f, -f.transpose() * information * d);
+  }
+  void add(const std::vector<int>& r, const std::vector<int>& c, const MatrixXd& a,
+           const VectorXd& b) {
+    put(r, c, pick(lambda, r, c) + a);
+    for (std::size_t i = 0; i < r.size(); ++i) eta[r[i]] += b[i];
+  }
+
+  MatrixXd factors() const {
+    MatrixXd e(M, M);
+    for (int a = 0; a < M; ++a) {
+      for (int b = 0; b < M; ++b) e(a, b) = model.extrapolation.e[a][b];
+    }
+    return e;
+  }
+  MatrixXd noise() const { return VectorXd::Map(model.extrapolation_variance, M).asDiagonal(); }
 
   void add_nodes(GridIndex next) {
     const auto lookup = [this](GridIndex i) { return find(i); };
     for (int j = 0; j < 4; ++j) {
       const NewNode n = next_new_node(next, lookup);
       if (n.source.near < 0) return;  // all there: these tests never jump
-      MatrixXd e(M, M), s = MatrixXd::Zero(M, M);
-      for (int a = 0; a < M; ++a) {
-        for (int b = 0; b < M; ++b) e(a, b) = model.extrapolation.e[a][b];
-        s(a, a) = model.extrapolation_variance[a];
-      }
-      const MatrixXd a2 = e + MatrixXd::Identity(M, M);
+      const MatrixXd e = factors(), a2 = e + MatrixXd::Identity(M, M);
       const MatrixXd covariance = e * node_covariance(n.source.far) * e.transpose() +
-                                  a2 * node_covariance(n.source.near) * a2.transpose() + s;
+                                  a2 * node_covariance(n.source.near) * a2.transpose() + noise();
       const VectorXd far = pick(mu, variables(n.source.far)),
                      near = pick(mu, variables(n.source.near));
       MatrixXd information = covariance.inverse();

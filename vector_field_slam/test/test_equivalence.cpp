@@ -96,7 +96,9 @@ INSTANTIATE_TEST_SUITE_P(All, SparseFilter,
                                            Variant{"blank_ring", Relocation::blank, 1},
                                            Variant{"shared", Relocation::shared_nodes, 0},
                                            Variant{"shared_ring", Relocation::shared_nodes, 1},
-                                           Variant{"shared_rings", Relocation::shared_nodes, 2}),
+                                           Variant{"shared_rings", Relocation::shared_nodes, 2},
+                                           Variant{"window_ring", Relocation::window, 1},
+                                           Variant{"window_rings", Relocation::window, 2}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

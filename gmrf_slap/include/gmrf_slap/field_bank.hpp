@@ -54,6 +54,10 @@ class FieldBank {
   /// H at a place; outside of the grid count = 0: nothing is known there.
   SiteRow row(const Eigen::Vector2d& point) const;
 
+  /// Tells every field which sites one robot's next step names (GaussianField::focus).
+  void focus(const std::vector<int>& sites);
+  bool needs_focus() const { return engine_ != Engine::dense; }
+
   /// Counts the changes of any field: whoever keeps what follows from the fields looks here.
   std::size_t version() const { return version_; }
   void changed() { ++version_; }
@@ -71,6 +75,7 @@ class FieldBank {
  private:
   Lattice lattice_{Eigen::Vector2d::Zero(), 1.0, 1, 1, false};
   Interpolation interpolation_ = Interpolation::bilinear;
+  Engine engine_ = Engine::dense;
   std::vector<FieldMixture> fields_;
   std::vector<std::vector<std::shared_ptr<const GaussianField>>> priors_;
   std::size_t version_ = 0;
