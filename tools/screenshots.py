@@ -38,7 +38,8 @@ def take(name, output):
     begin, end = begin_of(bag)
     until = min(begin + seconds, end - 1.0)
     screen = Screen()
-    nodes = Process("roslaunch", "field_launch", launch, f"bag:={bag}", f"rate:={rate}", "rviz:=false", *arguments)
+    nodes = Process("roslaunch", "field_launch", launch, f"bag:={bag}", f"rate:={rate}",
+                    f"duration:={until - begin + 1.0}", "rviz:=false", *arguments)
     rviz = screen.rviz(config(name))
     try:
         wait_for(lambda: clock and clock[-1] >= until or not nodes.running(),

@@ -5,6 +5,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "field_core/csv.hpp"
+#include "field_ros/map_files.hpp"
 #include "field_ros/replay.hpp"
 #include "test_support.hpp"
 #include "toy_estimator.hpp"
@@ -190,6 +191,49 @@ TEST_F(Replay, ExitCodes) {
   EXPECT_EQ(2, main_with({"--nonsense"}));
   EXPECT_EQ(2, main_with({"--bag", bag, "--config", config, "--output", out, "--seed", "many"}));
   EXPECT_EQ(1, main_with({"--bag", bag + "x", "--config", config, "--output", out}));
+}
+
+TEST_F(Replay, TheMapsOfAStateNeedNoBag) {
+  options_.save_state = directory_ / "state.bag";
+  options_.export_maps = true;
+  run();
+  const std::string csv = read_file(directory_ / "out/field_light.csv");
+  const std::string pgm = read_file(directory_ / "out/field_light.pgm");
+  ASSERT_EQ("P5\n4 4\n255\n", pgm.substr(0, 11));
+  options_ = ReplayOptions();
+  options_.config = directory_ / "config.yaml";
+  options_.output = directory_ / "maps";
+  options_.load_state = directory_ / "state.bag";
+  options_.export_maps = true;
+  run();
+  EXPECT_EQ(csv, read_file(directory_ / "maps/field_light.csv"));
+  EXPECT_EQ(pgm, read_file(directory_ / "maps/field_light.pgm"));
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "maps/estimate.csv"));
+  EXPECT_EQ(2, main_with({"--config", options_.config, "--output", options_.output}));
+  EXPECT_EQ(2, main_with({"--config", options_.config, "--output", options_.output, "--load-state",
+                          options_.load_state, "--save-state", directory_ / "b.bag"}));
+}
+
+TEST(MapFiles, BeginAtTheTopAndSayWhatIsNotKnown) {
+  PredictedGrid map;
+  map.grid = {-1.0, 2.0, 0.5, 2, 2};
+  map.fields = {{"light", "lx"}};
+  map.prediction.mean = Eigen::RowVector4d(-3.0, 5.0, 1.0, -1.0);
+  map.prediction.variance = Eigen::RowVector4d(1.0, 3.9, 1.0, 2.25);
+  map.prediction.prior_variance = Eigen::VectorXd::Constant(1, 4.0);
+  const auto files = map_files(map);
+  ASSERT_EQ(6u, files.size());
+  EXPECT_EQ(std::string("P5\n2 2\n255\n") + static_cast<char>(100) + static_cast<char>(50) +
+                std::string("\0\xff", 2),
+            files.at("field_light.pgm"));
+  EXPECT_EQ(
+      "ncols 2\nnrows 2\nxllcorner -1\nyllcorner 2\ncellsize 0.5\nNODATA_value -9999\n1 -1\n-3 "
+      "-9999\n",
+      files.at("field_light.asc"));
+  const std::string& yaml = files.at("field_light.yaml");
+  EXPECT_EQ(0u, yaml.find("# light: pixel 0 is -3 lx, 100 is 1 lx")) << yaml;
+  EXPECT_NE(std::string::npos, yaml.find("\norigin: [-1, 2, 0.0]\n"));
+  EXPECT_NE(std::string::npos, files.at("field_light_stddev.asc").find("\n1 1.5\n1 -9999\n"));
 }
 
 }  // namespace

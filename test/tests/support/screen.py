@@ -63,6 +63,6 @@ def wait_for_pixels(screen, wanted, timeout=120.0):
     def complete():
         image = screen.grab()
         last.update({name: layer(image) for name, layer in wanted.items()})
-        return image if all(last.values()) else None
+        return (image,) if all(last.values()) else None
 
-    return wait_for(complete, lambda: f"the layers {[n for n, seen in last.items() if not seen]}", timeout)
+    return wait_for(complete, lambda: f"the layers {[n for n, seen in last.items() if not seen]}", timeout)[0]
