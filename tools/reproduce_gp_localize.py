@@ -36,6 +36,7 @@ METHODS = {
 }
 KNOWN_MAP = {
     "known map (survey)": {"mode": "localization"},
+    "known map, odometry noise of 30 %": {"mode": "localization", "odom_alpha3": 0.1},
     "known map, scale estimated": {"mode": "localization", "odom_calibration": {"translation_stddev": 0.2}},
     "survey, map learned further, scale estimated": {"mode": "lifelong",
                                                      "odom_calibration": {"translation_stddev": 0.2}},
