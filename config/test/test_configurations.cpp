@@ -8,6 +8,7 @@
 #include "field_ros/node_params.hpp"
 #include "field_ros/param_doc.hpp"
 #include "field_ros/param_loader.hpp"
+#include "gmrf_slap/params.hpp"
 #include "gp_localize/params.hpp"
 #include "vector_field_slam/params.hpp"
 
@@ -61,6 +62,23 @@ TEST(Configurations, AreAcceptedByVectorFieldSlam) {
   EXPECT_GE(count, 1u);
 }
 
+TEST(Configurations, AreAcceptedByGmrfSlap) {
+  std::size_t count = 0;
+  for (const char* folder : {"bags", "recordings"}) {
+    for (const std::string& path : configurations(folder, ".gmrf_slap.yaml")) {
+      ++count;
+      gmrf_slap::GmrfSlapParams p;
+      ASSERT_NO_THROW(p = load<gmrf_slap::GmrfSlapParams>(path)) << path;
+      const auto& grid = p.grid;
+      EXPECT_TRUE(p.initial_pose_x > grid.origin[0] && p.initial_pose_y > grid.origin[1] &&
+                  p.initial_pose_x < grid.origin[0] + grid.spacing * (grid.size[0] - 1) &&
+                  p.initial_pose_y < grid.origin[1] + grid.spacing * (grid.size[1] - 1))
+          << path << ": the start is outside the grid";
+    }
+  }
+  EXPECT_GE(count, 2u);
+}
+
 /// The values of a tree by path, as text.
 void flatten(const field_ros::ParamNode& node, const std::string& prefix,
              std::map<std::string, const field_ros::ParamNode*>& values) {
@@ -78,7 +96,9 @@ void expect_every_key_with_its_default(const std::string& file) {
   std::map<std::string, const field_ros::ParamNode*> values;
   flatten(shipped.root(), "", values);
   for (const auto& doc : docs) {
-    if (doc.path.find("NAME") != std::string::npos) continue;  // entries of dictionaries
+    // Entries of dictionaries and lists.
+    if (doc.path.find("NAME") != std::string::npos) continue;
+    if (doc.path.find("NUMBER") != std::string::npos) continue;
     const auto found = values.find(doc.path);
     ASSERT_TRUE(found != values.end()) << doc.path << " is missing from " << file;
     if (doc.kind != field_ros::ParamDoc::Kind::value) continue;
@@ -105,6 +125,7 @@ TEST(Configurations, DefaultFilesNameEveryKeyWithItsDefault) {
   expect_every_key_with_its_default<gp_localize::GpLocalizeParams>("gp_localize.yaml");
   expect_every_key_with_its_default<vector_field_slam::VectorFieldSlamParams>(
       "vector_field_slam.yaml");
+  expect_every_key_with_its_default<gmrf_slap::GmrfSlapParams>("gmrf_slap.yaml");
 }
 
 }  // namespace

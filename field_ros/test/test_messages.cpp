@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "field_ros/message_check.hpp"
+#include "field_ros/publishers.hpp"
 #include "field_ros/sensors.hpp"
 #include "test_support.hpp"
 
@@ -145,6 +146,20 @@ TEST(Convert, RoundTrips) {
   EXPECT_EQ(covariance, get_covariance(ros.covariance));
   EXPECT_EQ(3.0, ros.covariance[5]);   // x, yaw
   EXPECT_EQ(9.0, ros.covariance[35]);  // yaw, yaw
+}
+
+TEST(Convert, HyperparametersComeVectorAfterVector) {
+  field_core::HyperparameterPosterior posterior;
+  posterior.field = "light";
+  posterior.names = {"kappa", "alpha"};
+  posterior.values.resize(2, 3);
+  posterior.values << 1.0, 2.0, 3.0, 0.1, 0.2, 0.3;
+  posterior.probability = Eigen::Vector3d(0.5, 0.3, 0.2);
+  const auto message = field_ros::to_message(posterior);
+  EXPECT_EQ("light", message.field);
+  EXPECT_EQ((std::vector<std::string>{"kappa", "alpha"}), message.names);
+  EXPECT_EQ((std::vector<double>{1.0, 0.1, 2.0, 0.2, 3.0, 0.3}), message.values);
+  EXPECT_EQ((std::vector<double>{0.5, 0.3, 0.2}), message.probability);
 }
 
 TEST(Convert, YawOfATiltedRobotIsItsHeading) {
