@@ -17,7 +17,8 @@ STOP_S = 20.0
 KNOWN_POSE = {"odom_alpha1": 0.0, "odom_alpha2": 0.0, "odom_alpha3": 0.0, "odom_alpha4": 0.0,
               "initial_cov_xx": 0.0, "initial_cov_yy": 0.0, "initial_cov_aa": 0.0}
 # To find the robot anywhere on a known map takes many particles at first, few once the pose is known.
-LOCALIZATION = {"gp_localize": {"mode": "localization", "particles": 5000, "adaptive": {"min_particles": 300}}}
+LOCALIZATION = {"gp_localize": {"mode": "localization", "particles": 5000, "adaptive": {"min_particles": 300}},
+                "vector_field_slam": {"localize_only": True}}
 
 
 class SurveyError(Exception):
