@@ -40,8 +40,8 @@ void LatticeBelief::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance)
 void LatticeBelief::scatter(const FieldBank&) {
   const Eigen::Vector2d low = lattice_.position(0), high = lattice_.position(lattice_.sites() - 1);
   const Eigen::Vector2d size = (high - low).array() + lattice_.spacing();
-  // A Gaussian as wide as the grid is nearly flat on it; yaw uniform on the circle has this
-  // variance.
+  // A Gaussian as wide as the grid is nearly flat on it; yaw uniform on the
+  // circle has this variance.
   const Eigen::Matrix2d covariance = size.array().square().matrix().asDiagonal();
   set_pose(SE2(0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), yaw_),
            Eigen::Matrix3d::Zero());
@@ -65,7 +65,8 @@ void LatticeBelief::predict(const SE2& delta) {
   const auto prediction = motion_.predict(SE2(mean_.x(), mean_.y(), yaw_), motion);
   const YawModel model = yaw_model();
   const Eigen::Vector2d d = delta.translation();
-  // What a candidate's own move does not know: odometry noise, and yaw given the position.
+  // What a candidate's own move does not know: odometry noise, and yaw given
+  // the position.
   const Eigen::Vector2d turn = prediction.pose_jacobian.block<2, 1>(0, 2);
   moved_noise_ += (prediction.motion_jacobian * prediction.motion_noise *
                    prediction.motion_jacobian.transpose())
@@ -173,7 +174,6 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
   if ((moved_ || weights_.size() == 0) && !choose_candidates({})) {
     return UpdateResult::skipped("outside the grid");
   }
-  const auto count = static_cast<Eigen::Index>(places_.size());
   const YawModel model = yaw_model();
   rows_.clear();
   sites_.clear();  // now: where the sensor is
@@ -183,6 +183,15 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
     rows_.push_back(fields.row(sites_.back()));
   }
   if (fields.needs_focus()) fields.focus(sites_of(rows_));
+  const UpdateResult result = weigh(fields, observations);
+  left_out_ += assimilate(fields, observations);
+  take_moments();
+  return result;
+}
+
+UpdateResult LatticeBelief::weigh(const FieldBank& fields,
+                                  const std::vector<Observation>& observations) {
+  const auto count = static_cast<Eigen::Index>(places_.size());
   mean_buffer_.resize(places_.size());
   variance_buffer_.resize(places_.size());
   joint_.weights = weights_;
@@ -194,7 +203,7 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
     JointPosterior::Field& joint = joint_.fields[o];
     joint.probability = field.probability;
     joint.log_density.resize(field.hypotheses(), count);
-    double first = 0.0, second = 0.0;
+    double first = 0.0, second = 0.0;  // moments of the predicted measurement
     for (int l = 0; l < field.hypotheses(); ++l) {
       const auto at = static_cast<std::size_t>(l);
       field.given[at]->predict(rows_.data(), static_cast<int>(count), mean_buffer_.data(),
@@ -215,6 +224,10 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
   }
   joint_.compute();
   weights_ = joint_.weights;
+  return result;
+}
+
+double LatticeBelief::assimilate(FieldBank& fields, const std::vector<Observation>& observations) {
   double pruned = 0.0;
   for (std::size_t o = 0; o < observations.size(); ++o) {
     const Observation& z = observations[o];
@@ -222,19 +235,16 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
     field.probability = joint_.fields[o].probability;
     for (int l = 0; l < field.hypotheses(); ++l) {
       mixture_.clear();
-      for (Eigen::Index k = 0; k < count; ++k) {
-        const auto kk = static_cast<std::size_t>(k);
-        mixture_.add(rows_[kk], joint_.fields[o].share(l, k),
-                     z.value - field.prior_mean(sites_[kk]));
+      for (std::size_t k = 0; k < places_.size(); ++k) {
+        mixture_.add(rows_[k], joint_.fields[o].share(l, static_cast<Eigen::Index>(k)),
+                     z.value - field.prior_mean(sites_[k]));
       }
-      pruned = std::max(pruned, mixture_.condition(*field.given[static_cast<std::size_t>(l)],
-                                                   z.noise, prune_mass_));
+      GaussianField& given = *field.given[static_cast<std::size_t>(l)];
+      pruned = std::max(pruned, mixture_.condition(given, z.noise, prune_mass_));
     }
   }
-  left_out_ += pruned;
   fields.changed();
-  take_moments();
-  return result;
+  return pruned;
 }
 
 void LatticeBelief::take_moments() {

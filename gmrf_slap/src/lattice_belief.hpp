@@ -1,12 +1,13 @@
-// A belief over the sites of the lattice, the paper's: candidates with weights, either kept from
-// step to step or collapsed to one Gaussian (eq. 7).
+// A belief over the sites of the lattice, the paper's: candidates with weights,
+// either kept from step to step or collapsed to one Gaussian (eq. 7).
 //
-// Candidates are the sites within `candidate_sigmas` of the prediction fused with any position
-// observation, a twelfth of a cell added for the rounding to sites; what the ring beyond would have
-// weighed is measured. Yaw is a Gaussian given the position (its regression on x and y).
+// Candidates are the sites within `candidate_sigmas` of the prediction fused
+// with any position observation, a twelfth of a cell added for the rounding to
+// sites; what the ring beyond would have weighed is measured. Yaw is a Gaussian
+// given the position (its regression on x and y).
 //
-// A step costs O(K^2) for the transition between K candidates and K moment-matched places per field
-// and hyperparameter vector.
+// A step costs O(K^2) for the transition between K candidates and K
+// moment-matched places per field and hyperparameter vector.
 #pragma once
 
 #include "field_core/odometry_motion_model.hpp"
@@ -57,6 +58,12 @@ class LatticeBelief final : public RobotBelief {
   };
   /// New candidates with prior weights; false: none on the grid.
   bool choose_candidates(const Fix& fix);
+  /// Eq. (12)-(14): posterior weights of the candidates and of the
+  /// hyperparameters, in joint_.
+  field_core::UpdateResult weigh(const FieldBank& fields,
+                                 const std::vector<Observation>& observations);
+  /// Eq. (15)-(17). Returns the mass left out.
+  double assimilate(FieldBank& fields, const std::vector<Observation>& observations);
   double prior_density(const Eigen::Vector2d& site, const Eigen::Matrix2d& information) const;
   void take_moments();
 

@@ -1,0 +1,116 @@
+// The sparse and the local engine: a dense window above a sparse precision
+// matrix (WindowSettings in gaussian_field.hpp tells how).
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dense_block.hpp"
+#include "field_core/cholmod.hpp"
+#include "gmrf_slap/gaussian_field.hpp"
+#include "sparse_rows.hpp"
+
+namespace gmrf_slap {
+
+/// Which sites are in a set, and where; clearing costs as much as was in it.
+class SiteSet {
+ public:
+  explicit SiteSet(int sites) : place_(static_cast<std::size_t>(sites), -1) {}
+  int find(int site) const { return place_[static_cast<std::size_t>(site)]; }
+  void insert(int site) {
+    int& place = place_[static_cast<std::size_t>(site)];
+    if (place >= 0) return;
+    place = static_cast<int>(sites_.size());
+    sites_.push_back(site);
+  }
+  void clear() {
+    for (const int s : sites_) place_[static_cast<std::size_t>(s)] = -1;
+    sites_.clear();
+  }
+  const std::vector<int>& sites() const { return sites_; }
+  int size() const { return static_cast<int>(sites_.size()); }
+
+ private:
+  std::vector<int> place_, sites_;
+};
+
+class WindowField final : public GaussianField {
+ public:
+  WindowField(const Lattice& lattice, const Eigen::SparseMatrix<double>& precision,
+              const WindowSettings& settings);
+
+  int sites() const override { return lattice_.sites(); }
+  bool focus(const std::vector<int>& sites) override;
+  void predict(const SiteRow* rows, int count, double* mean, double* variance) const override {
+    localize(rows, count);
+    block_.predict(local_.data(), count, mean, variance);
+  }
+  void covariances(const SiteRow& a, const SiteRow* b, int count, double* out) const override {
+    localize(b, count);
+    block_.covariances(localized(a), local_.data(), count, out);
+  }
+  void condition(const MixtureUpdate& update) override;
+
+  Eigen::VectorXd mean() const override { return global().mean; }
+  Eigen::VectorXd variances() const override { return global().inverse.diagonal(); }
+  Eigen::VectorXd multiply(const Eigen::VectorXd& x) const override {
+    return global().factor->solve(x);
+  }
+  void survey(const SiteRow* rows, int count, double* mean, double* variance) const override;
+
+  std::unique_ptr<GaussianField> clone() const override {
+    return std::make_unique<WindowField>(*this);
+  }
+  std::size_t memory_bytes() const override {
+    return precision_.memory_bytes() + 2 * block_.memory_bytes() +
+           8 * static_cast<std::size_t>(5 * sites() + old_sigma_.size());
+  }
+  void save(field_core::State& state, const std::string& prefix) const override;
+  void restore(const field_core::State& state, const std::string& prefix) override;
+
+ private:
+  /// The whole field, made for maps and kept until something changes.
+  struct Global {
+    std::shared_ptr<field_core::SparseCholesky> factor;
+    Eigen::VectorXd mean;
+    Eigen::SparseMatrix<double> inverse;  // selected, lower
+  };
+  /// What the window has learned since it was taken from Q.
+  struct Gain {
+    std::vector<int> places;  // measured sites, as places in the window
+    Eigen::MatrixXd precision;
+    Eigen::VectorXd information;
+  };
+
+  void add_both(int i, int j, double value) {
+    precision_.add(i, j, value);
+    if (i != j) precision_.add(j, i, value);
+  }
+  SiteRow localized(const SiteRow& row) const;
+  void localize(const SiteRow* rows, int count) const;
+  bool covers(const std::vector<int>& sites) const;
+  Gain gain() const;
+  void flush();
+  void take_window();
+  void note_pairs(const MixtureUpdate& update);
+  const Global& global() const;
+
+  Lattice lattice_;
+  WindowSettings settings_;
+  SparseRows precision_;         // Q without the window's gain
+  Eigen::VectorXd information_;  // Q mean, the same
+  Eigen::VectorXd last_mean_;    // of each site when it was last in a patch
+  SiteSet window_, patch_;
+  std::vector<std::vector<int>> focused_;  // latest last
+  DenseBlock block_;                       // the window's marginal
+  Eigen::MatrixXd old_sigma_;              // of the window when it was taken
+  Eigen::VectorXd old_mean_;
+  std::vector<unsigned char> pairs_;  // window x window: changed by a measurement
+  mutable std::vector<SiteRow> local_;
+  mutable std::shared_ptr<const Global> global_;
+};
+
+}  // namespace gmrf_slap
