@@ -1,4 +1,5 @@
-// A vacuum cleaner in a room with two optical spots on the ceiling: the runs of the paper's figure 8.
+// A vacuum cleaner in a room with two optical spots on the ceiling: the runs of the paper's
+// figure 8.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -45,7 +46,8 @@ inline Eigen::Vector4d field(const Setup& s, const Eigen::Vector2d& p) {
       const int axis = side % 2;
       Eigen::Vector2d image = spots[k];
       image[axis] = 2.0 * walls[side] - spots[k][axis];
-      const double w = s.multipath * std::exp(-std::abs(p[axis] - walls[side]) / s.multipath_length);
+      const double w =
+          s.multipath * std::exp(-std::abs(p[axis] - walls[side]) / s.multipath_length);
       sum += w * (image - p);
       weights += w;
     }
@@ -61,8 +63,7 @@ inline std::vector<Step> simulate(const Setup& s, std::uint64_t seed) {
   Eigen::Vector2d goal(1.0, 0.0);
   while (static_cast<int>(run.size()) < s.steps) {
     const Eigen::Vector2d to = goal - pose.translation();
-    const double turn =
-        field_core::wrap_angle(std::atan2(to.y(), to.x()) - pose.yaw());
+    const double turn = field_core::wrap_angle(std::atan2(to.y(), to.x()) - pose.yaw());
     SE2 motion;
     if (to.norm() < s.period_distance) {
       goal = {random.uniform(-s.half_x + 0.3, s.half_x - 0.3),

@@ -4,58 +4,14 @@
 #include <Eigen/Dense>
 #include <memory>
 
-#include "field_core/random.hpp"
+#include "beacon_world.hpp"
+#include "dense_reference.hpp"
 #include "vector_field_slam/ekf_solver.hpp"
 #include "vector_field_slam/eseif_solver.hpp"
 
-using namespace vector_field_slam;
-using field_core::SE2;
+using namespace beacon_world;
 
 namespace {
-
-constexpr int M = 4;
-
-VectorFieldSlamParams beacon_params() {
-  VectorFieldSlamParams p;
-  p.sensor_model = SensorModelType::beacon_pairs;
-  for (const char* name : {"a_x", "a_y", "b_x", "b_y"}) p.channels[name].noise_stddev = 0.05;
-  return p;
-}
-
-struct World {
-  VectorFieldSlamParams params = beacon_params();
-  Model<M> model{params, make_channels(params)};
-  field_core::OdometryMotionModel odometry{{0.01, 0.01, 0.02, 0.01}};
-  field_core::Random random{11};
-  Mounting<double> mounting{0.05, 0.02, 0.1};
-  SE2 truth;
-
-  StartState start() const {
-    StartState s;
-    s.robot << 0.02, -0.03, 0.1, 0.01, -0.02;
-    s.covariance = RobotVector(0.01, 0.02, 0.03, 0.0025, 0.0025).asDiagonal();
-    s.cell = {0, 0};
-    s.node_values = Eigen::MatrixXd::Random(M, 4);
-    return s;
-  }
-  static Eigen::Vector4d field(double x, double y) {
-    return {0.5 - 0.4 * x, 0.3 - 0.4 * y, -0.2 - 0.4 * x + 0.05 * x * y, 0.1 - 0.4 * y};
-  }
-  /// What the sensor reads; a channel is missing now and then.
-  std::vector<Observation<double>> measure() {
-    const double robot[kRobot] = {truth.x(), truth.y(), truth.yaw(), 0.03, -0.02};
-    const SensorPose<double> sensor(robot, mounting);
-    const Eigen::Vector4d m = field(sensor.x, sensor.y);
-    const double c = sensor.cos_yaw, s = sensor.sin_yaw;
-    std::vector<Observation<double>> z;
-    for (int i = 0; i < M; i += 2) {
-      z.push_back({i, c * m[i] + s * m[i + 1] + 0.03 + random.normal(0.0, 0.02), 0.0025});
-      z.push_back({i + 1, -s * m[i] + c * m[i + 1] - 0.02 + random.normal(0.0, 0.02), 0.003});
-    }
-    z.resize(1 + random.index(M));
-    return z;
-  }
-};
 
 /// The robot drives `delta` per step; both solvers take the same steps and readings.
 void drive(World& world, Solver& a, Solver* b, SE2 delta, int steps) {
@@ -93,5 +49,56 @@ TEST(Equivalence, InformationFormEqualsCovarianceFormWithinACell) {
   EXPECT_LT((eseif.information() * ekf.covariance() - Eigen::MatrixXd::Identity(21, 21)).norm(),
             1e-6);  // the condition number of the product's factors is about 1e5
 }
+
+struct Variant {
+  const char* name;
+  Relocation relocation;
+  int rings;
+};
+
+class SparseFilter : public ::testing::TestWithParam<Variant> {};
+
+// A loop through nine cells, twice, so that cells are entered again; then the filter against the
+// paper's equations on dense matrices.
+TEST_P(SparseFilter, EqualsThePapersEquations) {
+  World world;
+  EseifOptions options;
+  options.relocation = GetParam().relocation;
+  options.rings = GetParam().rings;
+  options.relocation_variance << 0.0025, 0.0025, 0.0025, 0.0001, 0.0001;
+  EseifSolver<M> eseif(world.model, options);
+  dense_reference::Filter<M> reference{world.model, options.relocation, options.rings};
+  reference.r0 = options.relocation_variance;
+  const StartState start = world.start();
+  eseif.start(start);
+  reference.start(start);
+  for (int t = 0; t < 150; ++t) {
+    const SE2 delta(0.1, 0.01, 0.085);  // a circle of 1.2 m radius
+    world.truth = world.truth * delta;
+    const RobotVector r = eseif.robot();
+    const auto step = odometry_step(world.odometry, SE2(r[0], r[1], r[2]), delta);
+    const auto z = world.measure();
+    eseif.move(step, 0.0);
+    ASSERT_TRUE(eseif.observe(world.mounting, z.data(), static_cast<int>(z.size())).applied);
+    reference.move(step);
+    reference.observe(world.mounting, z);
+    ASSERT_EQ(eseif.node_count(), static_cast<int>(reference.nodes.size()));
+    RobotVector difference = eseif.robot() - reference.mu.head<kRobot>();
+    difference[2] = field_core::wrap_angle(difference[2]);
+    ASSERT_LT(difference.norm(), 1e-7) << "step " << t;
+    ASSERT_LT((eseif.robot_covariance() - reference.robot_covariance).norm(), 1e-8);
+  }
+  EXPECT_GT(eseif.node_count(), 12);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SparseFilter,
+                         ::testing::Values(Variant{"paper", Relocation::blank, 0},
+                                           Variant{"blank_ring", Relocation::blank, 1},
+                                           Variant{"shared", Relocation::shared_nodes, 0},
+                                           Variant{"shared_ring", Relocation::shared_nodes, 1},
+                                           Variant{"shared_rings", Relocation::shared_nodes, 2},
+                                           Variant{"window_ring", Relocation::window, 1},
+                                           Variant{"window_rings", Relocation::window, 2}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -74,18 +74,25 @@ class Eseif {
   const S* robot_covariance() const { return covariance_; }
 
  private:
-  /// The robot's conditional on the active nodes, kept over a cell change.
-  struct Conditional {
-    S information[kRobot * kRobot];
-    S cross[kRobot][kNodes];
+  /// Information over the local variables of the cell that is entered (upper triangle, in their
+  /// order), as far as it is kept.
+  struct Joint {
+    S a[kLocal * kLocal];
+    bool is_new[4];  ///< nodes that come with it, as the robot does
+    bool given[4];   ///< nodes of the map that it depends on
   };
 
   bool set_robot_covariance(const S* covariance);
   bool detach();
-  bool attach(const Conditional& robot);
-  bool conditional(GridIndex cell, Conditional& result);
+  bool window_joint(GridIndex cell, const NewNode* added, int count, Joint& joint);
+  bool shared_joint(GridIndex cell, Joint& joint);
+  bool blank_joint(Joint& joint);
+  bool condition(Joint& joint);
+  void attach(const Joint& joint);
   EseifOutcome enter(GridIndex cell, const S* unknown_values, Report& report);
-  bool add_node(GridIndex index, ExtrapolationSource source, const S* unknown_values);
+  void add_node(const NewNode& node, const S* unknown_values);
+  bool add_independent(const NewNode& node);
+  bool fits_window(GridIndex cell, const NewNode* added, int count) const;
   bool recover();
   void connect_cell();
   void local_information(S* a, const int* row_of);
@@ -104,4 +111,5 @@ class Eseif {
 }  // namespace vector_field_slam
 
 #include "vector_field_slam/eseif_cells.hpp"
+#include "vector_field_slam/eseif_relocation.hpp"
 #include "vector_field_slam/eseif_steps.hpp"

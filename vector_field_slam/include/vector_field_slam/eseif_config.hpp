@@ -6,8 +6,12 @@
 
 namespace vector_field_slam {
 
-/// What becomes of the robot's dependence on the map when it enters another cell.
-enum class Relocation : std::uint8_t { shared_nodes, blank };
+/// What becomes of the dependence between robot, map and new nodes when another cell is entered.
+///   window        robot and new nodes keep their conditional on all known nodes of the new cell
+///   shared_nodes  the robot keeps its conditional on the nodes that both cells share
+///   blank         the paper's: robot independent of the map, eq. (41)-(42)
+/// New nodes are independent of all others, eq. (14) and (44), but for `window`.
+enum class Relocation : std::uint8_t { window, shared_nodes, blank };
 
 template <class S, int M>
 struct EseifConfig {
@@ -15,9 +19,9 @@ struct EseifConfig {
   SensorModel<S, M> sensor;
   ExtrapolationFactors<S, M> extrapolation;
   S prior_variance[M];          ///< of a node nobody knows anything of, > 0
-  S extrapolation_variance[M];  ///< S of eq. (14), >= 0
+  S extrapolation_variance[M];  ///< S of eq. (14), > 0
   S gate = S(0);  ///< largest squared innovation, in its variance, that is believed; 0: any
-  Relocation relocation = Relocation::shared_nodes;
+  Relocation relocation = Relocation::window;
   S relocation_variance[kRobot] = {};  ///< diagonal of R0 (eq. 42), for Relocation::blank
   int rings = 1;                       ///< of nodes around the cell, recovered with it
 };

@@ -20,7 +20,10 @@ class EseifWindow {
   static constexpr int kNodes = State::kNodes;
   static constexpr int kWidth = 2 + 2 * MaxRings;
   static constexpr int kMostRing = kWidth * kWidth - 4;
-  static constexpr int kMostVariables = kMostRing * M > 9 * M ? kMostRing* M : 9 * M;
+  static constexpr int kMostMembers = kWidth * kWidth > 8 ? kWidth* kWidth : 8;
+  /// Of window and robot, and of a node and its neighbours.
+  static constexpr int kMostVariables =
+      kMostMembers * M + kRobot > 9 * M ? kMostMembers* M + kRobot : 9 * M;
 
   /// Eliminates the rings around state.cell: the residuals of the active nodes become those of the
   /// condensed system. O((ring M)^3). @return false if the information is not positive definite
@@ -61,8 +64,17 @@ class EseifWindow {
 
   /// What the eliminated ring takes from the information of active values i <= j.
   S taken(int i, int j) const { return s_[i * kNodes + j]; }
-  /// Room for a matrix of 9 M x 9 M, between expand() and condense().
+  /// Room for a square matrix of kMostVariables, between expand() and condense().
   S* scratch() { return u_; }
+
+  /// The nodes of cell and rings.
+  int member_count() const { return count_ + 4; }
+  int member(const State& state, int k) const {
+    return k < count_ ? ring_[k] : state.active[k - count_];
+  }
+  bool is_member(const State& state, int node) const {
+    return slot(state, state.map.node(node).index) >= 0;
+  }
 
  private:
   /// Place of a node in the window, -1: beyond it.

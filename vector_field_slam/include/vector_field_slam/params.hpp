@@ -49,7 +49,7 @@ struct VectorFieldSlamParams {
   double gate_probability = 0.9999;
   double calibration_stddev = 0.05;
   double calibration_noise = 0.0;
-  Relocation relocation = Relocation::shared_nodes;
+  Relocation relocation = Relocation::window;
   double relocation_stddev_xy = 0.05, relocation_stddev_a = 0.05;
   double relocation_stddev_calibration = 0.01;
   int recovery_rings = 1;
@@ -103,9 +103,12 @@ struct VectorFieldSlamParams {
              "random walk of the offset over the first metre");
     v.choice(
         "relocation", relocation,
-        {{"shared_nodes", Relocation::shared_nodes}, {"blank", Relocation::blank}},
-        "eseif on a cell change. shared_nodes: the robot keeps its dependence on the nodes that "
-        "both cells share; blank: the paper's, independent of the map with the prior of eq. (42)");
+        {{"window", Relocation::window},
+         {"shared_nodes", Relocation::shared_nodes},
+         {"blank", Relocation::blank}},
+        "eseif on a cell change. window: robot and new nodes keep their dependence on the nodes "
+        "of the new cell; shared_nodes: the robot keeps its dependence on the nodes that both "
+        "cells share; blank: the paper's, independent of the map with the prior of eq. (42)");
     v.number("relocation_stddev_xy", relocation_stddev_xy, non_negative(), "m",
              "R0 of eq. (42), for relocation: blank");
     v.number("relocation_stddev_a", relocation_stddev_a, non_negative(), "rad", "the same for yaw");
