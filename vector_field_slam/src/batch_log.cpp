@@ -60,7 +60,8 @@ void BatchLog<M>::observe(const Mounting<double>& mounting, const Observation<do
   const RobotVector robot = after.robot();
   next_.square_root = square_root_information(covariance_);
   problem_.links.push_back(next_);
-  problem_.poses.emplace_back(robot.head<kPose>());
+  problem_.poses.push_back(
+      (next_.absolute ? next_.value : SE2(problem_.poses.back()) * next_.value).vector());
   next_ = PoseLink();
   covariance_.setZero();
   add_nodes(after);

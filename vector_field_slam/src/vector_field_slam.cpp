@@ -68,6 +68,8 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
   const Mounting<double> mounting{m.x(), m.y(), m.yaw()};
   UpdateResult result;
   if (started_) {
+    solver_->wait_for_background(wait_);
+    solver_->stamp(sample.stamp);
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
   } else {

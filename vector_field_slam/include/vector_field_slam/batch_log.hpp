@@ -6,8 +6,8 @@
 
 namespace vector_field_slam {
 
-/// Consecutive motions become one link; a pose is kept for each sample. The variables start where
-/// the online solver had them.
+/// Consecutive motions become one link; a pose is kept for each sample. New poses start where
+/// odometry leads from the pose before, new nodes where the online solver has them.
 template <int M>
 class BatchLog {
  public:

@@ -20,9 +20,10 @@ namespace vector_field_slam {
 
 /// What ties a pose to the one before it, or to the map.
 struct PoseLink {
-  bool absolute = false;        ///< value is the pose itself (/initialpose), not a motion
-  field_core::SE2 value;        ///< motion from the pose before, in its frame
-  Eigen::Matrix3d square_root;  ///< W with W^T W = covariance^-1 of (x, y, yaw)
+  bool absolute = false;  ///< value is the pose itself (/initialpose), not a motion
+  field_core::SE2 value;  ///< motion from the pose before, in its frame
+  /// W with W^T W = covariance^-1 of (x, y, yaw)
+  Eigen::Matrix3d square_root = Eigen::Matrix3d::Identity();
 };
 
 /// W with W^T W = covariance^-1. Variances below kSmallestVariance (1e-4 m or rad, squared) are

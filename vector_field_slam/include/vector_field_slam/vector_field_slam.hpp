@@ -44,6 +44,9 @@ class VectorFieldSlam {
   field_core::State state() const;
   void restore(const field_core::State& state);
 
+  /// Replays wait for the background optimization, so that nothing depends on the machine.
+  void wait_for_background() { wait_ = true; }
+
   /// Null before the first measurements are in.
   const Solver* solver() const { return started_ ? solver_.get() : nullptr; }
 
@@ -59,7 +62,7 @@ class VectorFieldSlam {
   field_core::OdometryMotionModel motion_model_;
   Start start_;
   std::unique_ptr<Solver> solver_;
-  bool started_ = false;
+  bool started_ = false, wait_ = false;
   field_core::Stamp stamp_{0};
   bool updated_ = false;
   double moved_distance_ = 0.0, moved_angle_ = 0.0;  // since the last update
