@@ -7,10 +7,15 @@ packages=(
   colcon python3-colcon-bash python3-colcon-cmake python3-colcon-library-path python3-colcon-output
   python3-colcon-package-selection python3-colcon-parallel-executor python3-colcon-recursive-crawl
   python3-colcon-ros python3-colcon-test-result
-  ros-desktop-dev ros-robot-dev librostest-dev python3-rostest python3-catkin-pkg
-  libeigen3-dev libsuitesparse-dev libcli11-dev libyaml-cpp-dev libfmt-dev
+  ros-desktop-dev ros-robot-dev rosbash librostest-dev python3-rostest python3-catkin-pkg
+  libeigen3-dev libsuitesparse-dev libcli11-dev libyaml-cpp-dev libfmt-dev libceres-dev
   libgtest-dev libbenchmark-dev
-  python3-numpy python3-matplotlib python3-yaml
+  librviz-dev rviz libogre-1.12-dev qtbase5-dev pluginlib-dev libdynamic-reconfigure-config-init-mutex-dev
+  xvfb libgl1-mesa-dri python3-pil
+  # The information filter on a microcontroller, in tests.
+  gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
+  python3-diagnostic-msgs python3-nav-msgs python3-std-srvs python3-visualization-msgs
+  python3-numpy python3-matplotlib python3-yaml python3-tf
 )
 missing=()
 for package in "${packages[@]}"; do

@@ -36,6 +36,8 @@ endmacro()
 # writes a <name>Config.cmake that gives the same variables as catkin's.
 macro(field_library name)
   field_install_places()
+  # Before the workspace's merged include folder, where an older installation of this package may be.
+  include_directories(BEFORE ${CMAKE_CURRENT_SOURCE_DIR}/include)
   add_library(${name} ${ARGN})
   target_compile_options(${name} PRIVATE ${FIELD_WARNINGS})
   # Finds the suite's other libraries beside it, wherever they are installed.

@@ -75,15 +75,26 @@ def limits(trajectories, grid):
     return low, high
 
 
+def crowding(truth):
+    """How often the path crosses its own region: 1 for a path once around, 0.5 for one of many."""
+    if len(truth["x_m"]) < 2:
+        return 1.0
+    steps = np.hypot(np.diff(truth["x_m"]), np.diff(truth["y_m"]))
+    diagonal = np.hypot(np.ptp(truth["x_m"]), np.ptp(truth["y_m"]))
+    return 0.5 if steps.sum() > 8.0 * max(diagonal, 1e-9) else 1.0
+
+
 def draw_paths(axes, trajectories, on_map):
-    """All paths, with start and end of the truth marked. White behind lines keeps them readable."""
-    rim = [patheffects.withStroke(linewidth=3.4, foreground="white", alpha=0.85)] if on_map else []
+    """All paths, with start and end of the truth marked. White behind truth and estimate keeps them
+    readable; baselines stay in the background, and a run of many laps is drawn with thin lines."""
+    thin = crowding(trajectories[0])
     for index, t in enumerate(trajectories):
         line = style_of(index)
-        if on_map and index > 1:  # a rim would follow the dashes and wash them out
-            axes.plot(t["x_m"], t["y_m"], color="white", alpha=0.7, linewidth=3.0,
-                      zorder=line["zorder"] - 0.5)
-        axes.plot(t["x_m"], t["y_m"], label=t["name"], path_effects=rim if index < 2 else [], **line)
+        line["linewidth"] *= thin * (0.7 if index > 1 and on_map else 1.0)
+        rim = [patheffects.withStroke(linewidth=line["linewidth"] + 1.2, foreground="white",
+                                      alpha=0.85)] if on_map and index < 2 else []
+        alpha = 0.7 if index > 1 and on_map else 1.0
+        axes.plot(t["x_m"], t["y_m"], label=t["name"], path_effects=rim, alpha=alpha, **line)
     truth = trajectories[0]
     if len(truth["x_m"]):
         marker = dict(color=TRUTH, markeredgecolor="white", linestyle="none", zorder=6)

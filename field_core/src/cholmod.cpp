@@ -2,12 +2,14 @@
 
 #include <cholmod.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "field_core/errors.hpp"
+#include "selected_inverse.hpp"
 
 namespace field_core {
 namespace {
@@ -27,6 +29,11 @@ cholmod_sparse view_of(const Eigen::SparseMatrix<double>& m) {
   view.dtype = CHOLMOD_DOUBLE;
   view.sorted = view.packed = 1;
   return view;
+}
+
+FactorColumns columns_of(const cholmod_factor& factor) {
+  return {static_cast<int>(factor.n), static_cast<const int*>(factor.p),
+          static_cast<const int*>(factor.i), static_cast<const double*>(factor.x)};
 }
 
 void check_input(const Eigen::SparseMatrix<double>& m) {
@@ -77,9 +84,24 @@ struct SparseCholesky::Impl {
            std::equal(this->inner.begin(), this->inner.end(), inner);
   }
 
+  /// Order of elimination with the variables of `block` last.
+  std::vector<int> constrained_order(cholmod_sparse& view) {
+    std::vector<int> member(view.nrow, 0), order(view.nrow);
+    for (const int k : block) member[static_cast<std::size_t>(k)] = 1;
+    if (!cholmod_camd(&view, nullptr, 0, member.data(), order.data(), &common)) order.clear();
+    return order;
+  }
+
   void analyse(cholmod_sparse& view, const Eigen::SparseMatrix<double>& m) {
     cholmod_free_factor(&factor, &common);
-    factor = cholmod_analyze(&view, &common);
+    common.method[0].ordering = block.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN;
+    common.postorder = block.empty();  // it could move the block
+    if (block.empty()) {
+      factor = cholmod_analyze(&view, &common);
+    } else {
+      std::vector<int> order = constrained_order(view);
+      if (!order.empty()) factor = cholmod_analyze_p(&view, order.data(), nullptr, 0, &common);
+    }
     if (!factor) throw NumericalError("CHOLMOD could not order the matrix: not enough memory");
     outer.assign(m.outerIndexPtr(), m.outerIndexPtr() + m.cols() + 1);
     inner.assign(m.innerIndexPtr(), m.innerIndexPtr() + m.nonZeros());
@@ -94,6 +116,7 @@ struct SparseCholesky::Impl {
   cholmod_factor* factor = nullptr;
   cholmod_dense *solution = nullptr, *workspace_y = nullptr, *workspace_e = nullptr;
   std::vector<int> outer, inner;  // the pattern that `factor` was analysed for
+  std::vector<int> block;         // variables eliminated last
   std::size_t analyses = 0;
   bool ready = false;
 };
@@ -103,11 +126,16 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-void SparseCholesky::factorize(const Eigen::SparseMatrix<double>& lower) {
+void SparseCholesky::factorize(const Eigen::SparseMatrix<double>& lower) { factorize(lower, {}); }
+
+void SparseCholesky::factorize(const Eigen::SparseMatrix<double>& lower,
+                               const std::vector<int>& block) {
   impl_->ready = false;
   check_input(lower);
   cholmod_sparse view = view_of(lower);
-  if (!impl_->same_pattern(lower)) impl_->analyse(view, lower);
+  const bool same_block = impl_->block == block;
+  impl_->block = block;
+  if (!same_block || !impl_->same_pattern(lower)) impl_->analyse(view, lower);
   cholmod_factorize(&view, impl_->factor, &impl_->common);
   const cholmod_factor& factor = *impl_->factor;
   if (impl_->common.status == CHOLMOD_NOT_POSDEF || factor.minor < factor.n) {
@@ -156,6 +184,67 @@ double SparseCholesky::log_determinant() const {
   double sum = 0.0;  // the first entry of each column is the diagonal of L
   for (std::size_t j = 0; j < impl_->factor->n; ++j) sum += std::log(value[start[j]]);
   return 2.0 * sum;
+}
+
+Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
+  impl_->require_factor();
+  const FactorColumns columns = columns_of(*impl_->factor);
+  const std::vector<double> z = field_core::selected_inverse(columns);
+  const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
+  Eigen::VectorXd diagonal(columns.n);
+  for (int j = 0; j < columns.n; ++j) {
+    diagonal[permutation[j]] = z[static_cast<std::size_t>(columns.start[j])];
+  }
+  return diagonal;
+}
+
+Eigen::SparseMatrix<double> SparseCholesky::selected_inverse() const {
+  impl_->require_factor();
+  const FactorColumns columns = columns_of(*impl_->factor);
+  const std::vector<double> z = field_core::selected_inverse(columns);
+  const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(z.size());
+  for (int j = 0; j < columns.n; ++j) {
+    for (int p = columns.start[j]; p < columns.start[j + 1]; ++p) {
+      const int a = permutation[columns.row[p]], b = permutation[j];
+      entries.emplace_back(std::max(a, b), std::min(a, b), z[static_cast<std::size_t>(p)]);
+    }
+  }
+  Eigen::SparseMatrix<double> inverse(columns.n, columns.n);
+  inverse.setFromTriplets(entries.begin(), entries.end());
+  return inverse;
+}
+
+Eigen::MatrixXd SparseCholesky::block_covariance() const {
+  impl_->require_factor();
+  const auto size = static_cast<Eigen::Index>(impl_->block.size());
+  if (size == 0) throw NumericalError("no block was kept for last; name it in factorize()");
+  const FactorColumns columns = columns_of(*impl_->factor);
+  const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
+  const int first = columns.n - static_cast<int>(size);
+  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(size, size);
+  for (int j = first; j < columns.n; ++j) {
+    for (int p = columns.start[j]; p < columns.start[j + 1]; ++p) {
+      corner(columns.row[p] - first, j - first) = columns.value[p];
+    }
+  }
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(size, size);
+  corner.triangularView<Eigen::Lower>().solveInPlace(root);
+  const Eigen::MatrixXd inverse = root.transpose() * root;
+  std::vector<Eigen::Index> place(static_cast<std::size_t>(columns.n));
+  for (Eigen::Index k = 0; k < size; ++k) {
+    place[static_cast<std::size_t>(permutation[first + k])] = k;
+  }
+  Eigen::MatrixXd covariance(size, size);
+  for (Eigen::Index a = 0; a < size; ++a) {
+    for (Eigen::Index b = 0; b < size; ++b) {
+      covariance(a, b) =
+          inverse(place[static_cast<std::size_t>(impl_->block[static_cast<std::size_t>(a)])],
+                  place[static_cast<std::size_t>(impl_->block[static_cast<std::size_t>(b)])]);
+    }
+  }
+  return covariance;
 }
 
 Eigen::Index SparseCholesky::size() const {

@@ -32,6 +32,20 @@ double correlation(KernelType type, double r2) {
   throw ParameterError("kernel", "not one of squared_exponential, matern32, matern52");
 }
 
+double correlation_slope(KernelType type, double r2) {
+  switch (type) {
+    case KernelType::squared_exponential:
+      return -0.5 * std::exp(-0.5 * r2);
+    case KernelType::matern32:
+      return -1.5 * std::exp(-std::sqrt(3.0 * r2));
+    case KernelType::matern52: {
+      const double r = std::sqrt(5.0 * r2);
+      return -5.0 / 6.0 * (1.0 + r) * std::exp(-r);
+    }
+  }
+  throw ParameterError("kernel", "not one of squared_exponential, matern32, matern52");
+}
+
 Kernel::Kernel(KernelType type, double signal_stddev, const Eigen::Vector2d& length_scales)
     : type_(type), signal_variance_(signal_stddev * signal_stddev), length_scales_(length_scales) {
   require_positive("signal_stddev", signal_stddev);

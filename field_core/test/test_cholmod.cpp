@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
@@ -131,6 +131,51 @@ TEST(SparseCholesky, MisuseIsATypedError) {
   test::expect_error<NumericalError>([&] { sparse.factorize(bad); }, {"not finite", "column 2"});
   sparse.factorize(grid_precision(2, 1.0));
   test::expect_error<NumericalError>([&] { sparse.solve(Eigen::VectorXd::Ones(5)); }, {"5", "4"});
+}
+
+TEST(SparseCholesky, SelectedInverseIsTheDiagonalOfTheDenseInverse) {
+  SparseCholesky sparse;
+  test::expect_error<NumericalError>([&] { sparse.inverse_diagonal(); }, {"factorize()"});
+  for (const int k : {1, 4, 13}) {
+    Sparse m = grid_precision(k, 0.3);
+    for (int i = 0; i < k * k; i += 3) m.coeffRef(i, i) += 0.1 * i;  // no symmetry to hide behind
+    sparse.factorize(m);
+    const Eigen::MatrixXd full = Eigen::MatrixXd(m).selfadjointView<Eigen::Lower>();
+    const Eigen::VectorXd expected = full.inverse().diagonal();
+    // Condition below 30: both computations are good to some 1e-14.
+    EXPECT_LT((sparse.inverse_diagonal() - expected).cwiseAbs().maxCoeff(), 1e-12) << k;
+  }
+}
+
+TEST(SparseCholesky, ABlockKeptForLastGivesItsRowsAndColumnsOfTheInverse) {
+  Sparse m = grid_precision(9, 0.3);
+  for (int i = 0; i < 81; i += 3) m.coeffRef(i, i) += 0.1 * i;
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(m).inverse();
+  SparseCholesky sparse;
+  const std::vector<int> block = {40, 3, 80, 41, 0, 39};
+  sparse.factorize(m, block);
+  const Eigen::MatrixXd covariance = sparse.block_covariance();
+  for (std::size_t a = 0; a < block.size(); ++a) {
+    for (std::size_t b = 0; b < block.size(); ++b) {
+      EXPECT_NEAR(covariance(static_cast<int>(a), static_cast<int>(b)), inverse(block[a], block[b]),
+                  1e-12);
+    }
+  }
+  const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(81, -1.0, 1.0);
+  EXPECT_LT((sparse.solve(rhs) - inverse * rhs).norm(), 1e-11);
+  sparse.factorize(m, block);
+  EXPECT_EQ(sparse.analyses(), 1u);
+  const Sparse selected = sparse.selected_inverse();
+  EXPECT_GE(selected.nonZeros(), Sparse(m.triangularView<Eigen::Lower>()).nonZeros());
+  for (int j = 0; j < 81; ++j) {
+    for (Sparse::InnerIterator it(selected, j); it; ++it) {
+      EXPECT_GE(it.row(), j);
+      EXPECT_NEAR(it.value(), inverse(it.row(), j), 1e-12);
+    }
+  }
+  sparse.factorize(m);  // another order
+  EXPECT_EQ(sparse.analyses(), 2u);
+  test::expect_error<NumericalError>([&] { sparse.block_covariance(); }, {"factorize()"});
 }
 
 TEST(SparseCholesky, MovesKeepTheFactor) {

@@ -34,6 +34,18 @@ TEST(Kernels, MaternAgreesWithTheBesselForm) {
   }
 }
 
+TEST(Kernels, SlopesAgreeWithDifferences) {
+  for (const auto type :
+       {KernelType::squared_exponential, KernelType::matern32, KernelType::matern52}) {
+    for (const double r2 : {0.02, 0.5, 3.0, 20.0}) {
+      const double step = 1e-5 * r2;
+      const double difference =
+          (correlation(type, r2 + step) - correlation(type, r2 - step)) / (2.0 * step);
+      EXPECT_NEAR(correlation_slope(type, r2), difference, 1e-8);
+    }
+  }
+}
+
 TEST(Kernels, LengthScalesActPerAxisAndSignalScalesAll) {
   const Kernel kernel(KernelType::squared_exponential, 3.0, {2.0, 0.5});
   EXPECT_DOUBLE_EQ(kernel.signal_variance(), 9.0);

@@ -19,8 +19,7 @@ constexpr Entry kEntries[] = {
      "the orientation is not a unit quaternion; normalize it"},
     {DropReason::unknown_frame, "unknown_frame",
      "the frame is not the configured one or tf does not know it; check odom_frame_id, "
-     "base_frame_id, "
-     "global_frame_id and the sensor's static transform"},
+     "base_frame_id, global_frame_id and the sensor's static transform"},
     {DropReason::bad_covariance, "bad_covariance",
      "the covariance is not finite, symmetric and positive semi-definite; check its source"},
     {DropReason::empty_measurement, "empty_measurement", "the measurement names no field"},
@@ -48,6 +47,9 @@ constexpr Entry kEntries[] = {
      "odometry at this stamp is forgotten; raise odom_buffer_length"},
     {DropReason::queue_full, "queue_full",
      "too many measurements wait for odometry; check that odom is published with the same clock"},
+    {DropReason::shed, "shed",
+     "steps take longer than measurements come, the older ones were left out; use fewer particles, "
+     "a coarser map or update_min_d"},
     {DropReason::paused, "paused", "the node is paused; call ~pause with data: false"},
     {DropReason::numerical_error, "numerical_error", "the estimator could not use the measurement"},
 };

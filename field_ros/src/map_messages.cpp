@@ -33,6 +33,18 @@ nav_msgs::MapMetaData info(const PredictedGrid& map) {
   return info;
 }
 
+Eigen::RowVectorXd values_of(const PredictedGrid& map, std::size_t field, bool stddev) {
+  const auto row = static_cast<Eigen::Index>(field);
+  if (stddev) return map.prediction.variance.row(row).cwiseSqrt();
+  return map.prediction.mean.row(row);
+}
+
+Eigen::Array<bool, 1, Eigen::Dynamic> known_cells(const PredictedGrid& map, std::size_t field) {
+  const auto row = static_cast<Eigen::Index>(field);
+  return map.prediction.variance.row(row).array() <=
+         kUnknownShare * map.prediction.prior_variance(row);
+}
+
 }  // namespace
 
 field_msgs::FieldMap to_field_map(const PredictedGrid& map, std::size_t field) {
@@ -49,26 +61,31 @@ field_msgs::FieldMap to_field_map(const PredictedGrid& map, std::size_t field) {
   return out;
 }
 
+ValueRange known_range(const PredictedGrid& map, std::size_t field, bool stddev) {
+  const Eigen::RowVectorXd values = values_of(map, field, stddev);
+  const auto known = known_cells(map, field);
+  ValueRange range{std::numeric_limits<double>::infinity(),
+                   -std::numeric_limits<double>::infinity()};
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (!known(i)) continue;
+    range.low = std::min(range.low, values(i));
+    range.high = std::max(range.high, values(i));
+  }
+  return range.low <= range.high ? range : ValueRange{};
+}
+
 nav_msgs::OccupancyGrid to_occupancy_grid(const PredictedGrid& map, std::size_t field,
                                           bool stddev) {
-  const auto row = static_cast<Eigen::Index>(field);
-  const Eigen::RowVectorXd variance = map.prediction.variance.row(row);
-  Eigen::RowVectorXd values = map.prediction.mean.row(row);
-  if (stddev) values = variance.cwiseSqrt();
-  const double unknown_above = kUnknownShare * map.prediction.prior_variance(row);
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    if (variance(i) > unknown_above) continue;
-    low = std::min(low, values(i));
-    high = std::max(high, values(i));
-  }
+  const Eigen::RowVectorXd values = values_of(map, field, stddev);
+  const auto known = known_cells(map, field);
+  const auto [low, high] = known_range(map, field, stddev);
   const double scale = high > low ? 100.0 / (high - low) : 0.0;
   nav_msgs::OccupancyGrid out;
   out.header = header(map);
   out.info = info(map);
   out.data.resize(static_cast<std::size_t>(values.size()), -1);
   for (Eigen::Index i = 0; i < values.size(); ++i) {
-    if (variance(i) > unknown_above) continue;
+    if (!known(i)) continue;
     out.data[static_cast<std::size_t>(i)] =
         static_cast<std::int8_t>(std::lround((values(i) - low) * scale));
   }

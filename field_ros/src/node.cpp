@@ -1,5 +1,6 @@
 #include "field_ros/node.hpp"
 
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <tf2_ros/transform_listener.h>
 
@@ -11,15 +12,20 @@
 #include "field_ros/diagnostics.hpp"
 #include "field_ros/program.hpp"
 #include "field_ros/publishers.hpp"
+#include "field_ros/reconfigure.hpp"
 #include "field_ros/sensors.hpp"
 #include "field_ros/services.hpp"
 #include "field_ros/session.hpp"
+#include "field_ros/state_keeper.hpp"
 
 namespace field_ros {
 namespace {
 
-constexpr double kDiagnosticsPeriod =
-    1.0;  // [s] of wall time: they must come when the clock stands
+// Of wall time: they must come when the clock stands. (diagnostic_updater goes by ROS time.)
+constexpr double kDiagnosticsPeriod = 1.0;  // [s]
+constexpr double kIdleWait = 0.1;           // [s] between looks at ros::ok()
+
+double steady_now() { return ros::SteadyTime::now().toSec(); }
 
 class Node {
  public:
@@ -30,19 +36,31 @@ class Node {
                  [this](const std::string& frame, field_core::Stamp stamp) {
                    return lookup_placement(buffer_, session_.params().base_frame_id, frame, stamp);
                  }),
+        keeper_(session_),
         publishers_(private_, session_),
-        services_(handle_, private_, session_, [this] { on_replaced(); }) {
+        services_(handle_, private_, session_, [this] { on_replaced(); }),
+        reconfigure_(private_, session_.params(), [this](const RuntimeParams& p) { change(p); }) {
     session_.set_listener([this](const SessionStep& step) { on_step(step); });
+    session_.defer_steps();
     diagnostics_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+    last_odometry_ = last_measurement_ = last_step_ = steady_now();
     subscribe();
     before_ = snapshot();
-    timers_.push_back(handle_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod),
-                                              [this](const ros::WallTimerEvent&) { report(); }));
-    const double period = session_.params().map_publish_period;
-    if (period > 0.0) {
-      timers_.push_back(handle_.createWallTimer(ros::WallDuration(period),
-                                                [this](const ros::WallTimerEvent&) { draw(); }));
+    report_timer_ = handle_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod),
+                                            [this](const ros::WallTimerEvent&) { report(); });
+    schedule_maps();
+  }
+
+  /// Takes in all messages that have come before each step: while the machine is too slow, the
+  /// oldest measurements are left out (max_pose_lag) instead of the pose falling behind.
+  void spin() {
+    ros::CallbackQueue& queue = *ros::getGlobalCallbackQueue();
+    while (ros::ok()) {
+      queue.callAvailable(ros::WallDuration(session_.step_ready() ? 0.0 : kIdleWait));
+      session_.step_next();
+      keeper_.tick(StateKeeper::Clock::now());
     }
+    keeper_.finish();
   }
 
  private:
@@ -51,7 +69,7 @@ class Node {
     const auto odom_queue = static_cast<std::uint32_t>(params.odom_queue_size);
     const auto field_queue = static_cast<std::uint32_t>(params.field_queue_size);
     subscribers_.push_back(handle_.subscribe("odom", odom_queue, &Node::on_odometry, this));
-    subscribers_.push_back(handle_.subscribe("field", field_queue, &Session::on_field, &session_));
+    subscribers_.push_back(handle_.subscribe("field", field_queue, &Node::on_field, this));
     subscribers_.push_back(handle_.subscribe("initialpose", 2, &Node::on_initialpose, this));
     for (const auto& entry : params.sensors) {
       const SensorParams sensor = entry.second;
@@ -59,14 +77,34 @@ class Node {
         using Message = std::remove_pointer_t<decltype(type)>;
         const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
             [this, sensor](const boost::shared_ptr<const Message>& message) {
-              session_.on_field(to_field(*message, sensor.field));
+              on_field(to_field(*message, sensor.field));
             };
         subscribers_.push_back(handle_.subscribe<Message>(sensor.topic, field_queue, callback));
       });
     }
   }
 
+  void schedule_maps() {
+    const double period = session_.params().map_publish_period;
+    map_timer_ = ros::WallTimer();
+    if (period <= 0.0) return;
+    map_timer_ = handle_.createWallTimer(ros::WallDuration(period),
+                                         [this](const ros::WallTimerEvent&) { draw(); });
+  }
+
+  void change(const RuntimeParams& params) {
+    const bool other_period = params.map_publish_period != session_.params().map_publish_period;
+    session_.set_runtime_params(params);
+    if (other_period) schedule_maps();
+  }
+
+  void on_field(const field_msgs::FieldMeasurement& message) {
+    last_measurement_ = steady_now();
+    session_.on_field(message);
+  }
+
   void on_odometry(const nav_msgs::Odometry& message) {
+    last_odometry_ = steady_now();
     const std::uint64_t resets = session_.counts().clock_resets;
     session_.on_odometry(message);
     if (session_.counts().clock_resets > resets) {
@@ -82,6 +120,7 @@ class Node {
   }
 
   void on_step(const SessionStep& step) {
+    last_step_ = steady_now();
     step_time_sum_ += step.step_s;
     step_time_max_ = std::max(step_time_max_, step.step_s);
     publishers_.publish_belief();
@@ -103,10 +142,19 @@ class Node {
 
   HealthSnapshot snapshot() const {
     HealthSnapshot now;
-    now.time_s = ros::WallTime::now().toSec();
+    now.time_s = steady_now();
     now.counts = session_.counts();
     now.step_time_sum_s = step_time_sum_;
     now.step_time_max_s = step_time_max_;
+    now.since_odometry_s = now.time_s - last_odometry_;
+    now.since_measurement_s = now.time_s - last_measurement_;
+    now.since_step_s = now.time_s - last_step_;
+    now.input_timeout_s = session_.params().input_timeout;
+    now.health = session_.health();
+    now.recent_nis = session_.recent_nis();
+    now.waiting_for_transform = session_.waiting_for_transform();
+    now.states_saved = keeper_.saved();
+    now.save_problem = keeper_.problem();
     now.belief = session_.belief();
     now.pending = session_.pending();
     now.paused = session_.paused();
@@ -128,13 +176,16 @@ class Node {
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;
   Session session_;
+  StateKeeper keeper_;
   Publishers publishers_;
   Services services_;
+  Reconfigure reconfigure_;
   ros::Publisher diagnostics_;
   std::vector<ros::Subscriber> subscribers_;
-  std::vector<ros::WallTimer> timers_;
+  ros::WallTimer report_timer_, map_timer_;
   HealthSnapshot before_;
   double step_time_sum_ = 0.0, step_time_max_ = 0.0;
+  double last_odometry_ = 0.0, last_measurement_ = 0.0, last_step_ = 0.0;  // steady clock [s]
 };
 
 Configured configure(const EstimatorEntry& entry) {
@@ -163,7 +214,7 @@ int run_node(int argc, char** argv, const EstimatorEntry& entry, const char* nam
     ros::init(argc, argv, name);
     const ros::NodeHandle keep_alive;
     Node node(configure(entry));
-    ros::spin();
+    node.spin();
     return kExitOk;
   });
 }

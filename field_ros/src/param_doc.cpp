@@ -83,7 +83,7 @@ std::string facts(const ParamDoc& doc) {
 
 std::string commented_yaml(const std::vector<ParamDoc>& docs) {
   std::string out;
-  int commented_below = -1;  // depth of the dictionary whose entries are only shown
+  int commented_below = -1;  // depth of the dictionary or list whose entries are only shown
   for (const ParamDoc& doc : docs) {
     if (commented_below >= 0 && doc.depth <= commented_below) commented_below = -1;
     const bool shown_only = commented_below >= 0;
@@ -92,14 +92,16 @@ std::string commented_yaml(const std::vector<ParamDoc>& docs) {
     const bool off = shown_only || doc.required;
     if (!shown_only) out += indent + "# " + doc.doc + facts(doc) + "\n";
     out += off ? "# " + indent + doc.key + ":" : indent + doc.key + ":";
-    if (doc.kind != ParamDoc::Kind::group && !(off && doc.kind == ParamDoc::Kind::dictionary)) {
+    const bool many = doc.kind == ParamDoc::Kind::dictionary || doc.kind == ParamDoc::Kind::list;
+    if (doc.kind != ParamDoc::Kind::group && !(off && many)) {
       out += " " + doc.default_value;
     }
     if (shown_only) out += "  # " + doc.doc + facts(doc);
     out += "\n";
-    if (doc.kind == ParamDoc::Kind::dictionary && !shown_only) {
+    if (many && !shown_only) {
       commented_below = doc.depth;
-      out += "# " + std::string(2 * (doc.depth + 1), ' ') + "NAME:\n";
+      const bool named = doc.kind == ParamDoc::Kind::dictionary;
+      out += "# " + std::string(2 * (doc.depth + 1), ' ') + (named ? "NAME:\n" : "-\n");
     }
   }
   return out;

@@ -137,6 +137,18 @@ const ParamNode* Loader::take_map(const char* key, bool needs_entries) {
   return node;
 }
 
+const ParamNode* Loader::take_list(const char* key) {
+  const bool required = required_ == key;
+  const ParamNode* node = take(key);
+  if (!node) return nullptr;
+  if (node->kind != Kind::list || (required && node->items.empty())) {
+    fail(prefix_ + key, node,
+         (node->kind == Kind::list ? "an empty list" : node->describe()) +
+             " is not allowed; it must be a list of groups: [{...}, {...}]");
+  }
+  return node;
+}
+
 double Loader::finite_number(const std::string& key, const ParamNode& node, const Range& range,
                              const char* unit) const {
   const std::string limits = describe_range(range);

@@ -233,12 +233,24 @@ ParamTree ParamTree::from_rosparam(XmlRpc::XmlRpcValue value, const std::string&
   return tree;
 }
 
+namespace {
+
+/// Entry of a list by its number, counted from 1; nullptr if there is none.
+const ParamNode* entry(const ParamNode& list, const std::string& number) {
+  for (std::size_t i = 0; i < list.items.size(); ++i) {
+    if (std::to_string(i + 1) == number) return &list.items[i];
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 std::string ParamTree::locate(const std::string& key) const {
   const ParamNode* node = &root_;
   int line = 0;
   std::istringstream parts(key);
   for (std::string part; node && std::getline(parts, part, '/');) {
-    node = node->find(part);
+    node = node->kind == ParamNode::Kind::list ? entry(*node, part) : node->find(part);
     if (node && node->line > 0) line = node->line;
   }
   return line > 0 ? name_ + ":" + std::to_string(line) : name_;

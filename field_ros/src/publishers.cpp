@@ -25,15 +25,23 @@ Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : sessio
   particles_ = handle.advertise<geometry_msgs::PoseArray>("particlecloud", 2);
   cloud_ = handle.advertise<sensor_msgs::PointCloud2>("cloud", 1, true);
   vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 2);
-  const auto& fields = session.estimator().fields();
-  // One message per field: the queue must hold a whole round.
-  field_map_ = handle.advertise<field_msgs::FieldMap>(
-      "field_map", static_cast<std::uint32_t>(std::max<std::size_t>(10, 2 * fields.size())), true);
-  for (const auto& field : fields) {
+  advertise_field_map(handle);
+  for (const auto& field : session.estimator().fields()) {
     for (const std::string& name : {field.name, field.name + "_stddev"}) {
       grids_[name] = handle.advertise<nav_msgs::OccupancyGrid>("grid/" + name, 1, true);
     }
   }
+}
+
+// All fields come on one topic, of which ROS would latch the last message only: a late subscriber
+// gets the newest map of each.
+void Publishers::advertise_field_map(ros::NodeHandle& handle) {
+  const std::size_t fields = session_.estimator().fields().size();
+  const auto round = static_cast<std::uint32_t>(std::max<std::size_t>(10, 2 * fields));
+  field_map_ = handle.advertise<field_msgs::FieldMap>(
+      "field_map", round, [this](const ros::SingleSubscriberPublisher& subscriber) {
+        for (const auto& map : latched_) subscriber.publish(map);
+      });
 }
 
 void Publishers::publish_belief() {
@@ -81,7 +89,7 @@ void Publishers::publish_transform() {
 }
 
 bool Publishers::maps_wanted() const {
-  if (!latched_ || field_map_.getNumSubscribers() > 0 || cloud_.getNumSubscribers() > 0)
+  if (latched_.empty() || field_map_.getNumSubscribers() > 0 || cloud_.getNumSubscribers() > 0)
     return true;
   return std::any_of(grids_.begin(), grids_.end(),
                      [](const auto& grid) { return grid.second.getNumSubscribers() > 0; });
@@ -90,13 +98,14 @@ bool Publishers::maps_wanted() const {
 void Publishers::publish_maps() {
   if (!maps_wanted()) return;
   const PredictedGrid map = predict_grid(session_);
+  latched_.clear();
   for (std::size_t f = 0; f < map.fields.size(); ++f) {
-    field_map_.publish(to_field_map(map, f));
+    latched_.push_back(to_field_map(map, f));
+    field_map_.publish(latched_.back());
     grids_.at(map.fields[f].name).publish(to_occupancy_grid(map, f, false));
     grids_.at(map.fields[f].name + "_stddev").publish(to_occupancy_grid(map, f, true));
   }
   cloud_.publish(to_point_cloud(map));
-  latched_ = true;
 }
 
 }  // namespace field_ros

@@ -133,40 +133,67 @@ void refuse_bad_places(const ReplayOptions& options) {
 
 }  // namespace
 
+namespace {
+
+void load_state(Session& session, const std::string& path) {
+  if (path.empty()) return;
+  const auto state = read_state_file(path);
+  try {
+    session.restore(state);
+  } catch (const DataError& e) {
+    throw DataError(path + ": " + e.what());
+  }
+}
+
+void add_maps(ReplayOutput& output, const Session& session, const ReplayOptions& options) {
+  output.add_fields(session);
+  if (options.export_maps) output.add_map_files(session);
+  if (!options.predict.empty()) output.add_prediction(session, options.predict);
+}
+
+// The maps of a state alone.
+void write_maps(Configured configured, const ReplayOptions& options) {
+  Session session(std::move(configured),
+                  [](const std::string&, field_core::Stamp) { return std::nullopt; });
+  load_state(session, options.load_state);
+  ReplayOutput output;
+  add_maps(output, session, options);
+  output.write(options.output);
+}
+
+// Runs the bag through the session; returns how many measurements are left without odometry.
+std::size_t run(const BagInput& input, const Topics& topics, Session& session, bool progress) {
+  ProgressBar bar(progress);
+  input.read(topics.all, [&](const rosbag::MessageInstance& instance, double fraction) {
+    dispatch(input, topics, instance, session);
+    bar.show(fraction);
+  });
+  return session.finish();
+}
+
+}  // namespace
+
 void replay(const EstimatorEntry& entry, const ReplayOptions& options) {
   const ParamTree tree = ParamTree::from_yaml_file(options.config);
   Configured configured = entry.make(tree, options.seed);
   refuse_bad_places(options);
+  if (options.bag.empty()) return write_maps(std::move(configured), options);
   const std::uint64_t seed =
       options.seed.value_or(static_cast<std::uint64_t>(configured.node.seed));
   const BagInput input(options.bag);
   const Topics topics(input, options, configured.node);
   BagTransforms transforms(input, configured.node.base_frame_id);
   Session session(std::move(configured), std::ref(transforms));
-  if (!options.load_state.empty()) {
-    const auto state = read_state_file(options.load_state);
-    try {
-      session.restore(state);
-    } catch (const DataError& e) {
-      throw DataError(options.load_state + ": " + e.what());
-    }
-  }
+  load_state(session, options.load_state);
   ReplayOutput output;
   session.set_listener([&output](const SessionStep& step) { output.add(step); });
-  {
-    ProgressBar bar(options.progress);
-    input.read(topics.all, [&](const rosbag::MessageInstance& instance, double fraction) {
-      dispatch(input, topics, instance, session);
-      bar.show(fraction);
-    });
-  }
-  const std::size_t waiting = session.finish();
+  const std::size_t waiting = run(input, topics, session, options.progress);
   if (session.counts().applied == 0 && session.counts().skipped.empty()) {
     if (!session.last_error().empty()) throw field_core::NumericalError(session.last_error());
     fail_nothing_used(options.bag, session.counts(), waiting);
   }
-  output.add_fields(session);
-  if (!options.predict.empty()) output.add_prediction(session, options.predict);
+  output.add_trajectory();
+  add_maps(output, session, options);
   output.add_summary(session, entry.name, seed, bag_duration(input), waiting);
   output.write(options.output);
   if (!options.save_state.empty()) write_state_file(options.save_state, session.save_state());
@@ -176,9 +203,10 @@ int run_replay(int argc, char** argv, const EstimatorEntry& entry) {
   ReplayOptions options;
   bool print_config = false, print_markdown = false;
   std::uint64_t seed = 0;
-  CLI::App app("Runs " + entry.name +
-               " over a bag, without roscore, and writes estimate, field maps, " +
-               "timing and a summary.");
+  CLI::App app(
+      "Runs " + entry.name +
+      " over a bag, without roscore, and writes estimate, field maps, timing and a summary; "
+      "with --load-state and no --bag only the maps of that state.");
   auto* config_only = app.add_flag("--print-config", print_config,
                                    "print a commented configuration with all defaults, and exit");
   auto* markdown_only =
@@ -193,11 +221,18 @@ int run_replay(int argc, char** argv, const EstimatorEntry& entry) {
   app.add_option("--predict", options.predict, "CSV with columns x_m,y_m: writes prediction.csv");
   app.add_option("--load-state", options.load_state, "state file to start from");
   app.add_option("--save-state", options.save_state, "state file to write at the end");
+  app.add_flag(
+      "--export-maps", options.export_maps,
+      "also write each field for map_server (PGM, YAML) and as a grid that QGIS reads (ASC)");
   try {
     app.parse(argc, argv);
     if (!*config_only && !*markdown_only) {
       for (const char* name : {"--bag", "--config", "--output"}) {
-        if (app.get_option(name)->count() == 0) throw CLI::RequiredError(name);
+        const bool maps_only = name == std::string("--bag") && !options.load_state.empty();
+        if (app.get_option(name)->count() == 0 && !maps_only) throw CLI::RequiredError(name);
+      }
+      if (options.bag.empty() && !options.save_state.empty()) {
+        throw CLI::ValidationError("--save-state", "needs a --bag to learn from");
       }
     }
   } catch (const CLI::ParseError& e) {

@@ -9,6 +9,8 @@
 #include "field_core/csv.hpp"
 #include "field_core/trajectory.hpp"
 #include "field_ros/field_grid.hpp"
+#include "field_ros/map_files.hpp"
+#include "field_ros/publishers.hpp"
 #include "field_ros/state_file.hpp"
 
 namespace field_ros {
@@ -59,6 +61,16 @@ void ReplayOutput::add(const SessionStep& step) {
   ++steps_;
 }
 
+void ReplayOutput::add_trajectory() {
+  files_["estimate.tum"] = estimate_tum_;
+  files_["estimate.csv"] = line(field_core::kEstimateCsvHeader) + estimate_csv_;
+  files_["timing.csv"] = "stamp_s,step_s\n" + timing_csv_;
+}
+
+void ReplayOutput::add_map_files(const Session& session) {
+  files_.merge(map_files(predict_grid(session)));
+}
+
 void ReplayOutput::add_fields(const Session& session) {
   const auto& fields = session.estimator().fields();
   const FieldGrid grid =
@@ -103,12 +115,14 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
       << ",\n  \"duration_s\": " << format_number(duration_s)
       << ",\n  \"odometry_messages\": " << c.odometry
       << ",\n  \"measurement_messages\": " << c.measurements << ",\n  \"steps\": " << c.steps
-      << ",\n  \"applied\": " << c.applied << ",\n  \"skipped\": " << json_counts(c.skipped)
+      << ",\n  \"applied\": " << c.applied << ",\n  \"lost\": " << c.lost
+      << ",\n  \"skipped\": " << json_counts(c.skipped)
       << ",\n  \"dropped\": " << json_counts(c.dropped)
       << ",\n  \"left_waiting_for_odometry\": " << left_waiting
       << ",\n  \"unknown_field_names\": " << c.unknown_fields
       << ",\n  \"numerical_errors\": " << c.numerical_errors
-      << ",\n  \"clock_resets\": " << c.clock_resets << ",\n  \"nis_per_dof\": " << nis
+      << ",\n  \"clock_resets\": " << c.clock_resets << ",\n  \"recoveries\": " << c.recoveries
+      << ",\n  \"nis_per_dof\": " << nis
       << ",\n  \"final_pose\": {\"stamp_s\": " << format_stamp(b.stamp)
       << ", \"x_m\": " << format_number(b.mean.x()) << ", \"y_m\": " << format_number(b.mean.y())
       << ", \"yaw_rad\": " << format_number(b.mean.yaw()) << "}\n}\n";
@@ -117,9 +131,6 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
 
 void ReplayOutput::write(const std::string& directory) {
   namespace fs = std::filesystem;
-  files_["estimate.tum"] = estimate_tum_;
-  files_["estimate.csv"] = line(field_core::kEstimateCsvHeader) + estimate_csv_;
-  files_["timing.csv"] = "stamp_s,step_s\n" + timing_csv_;
   const bool existed = fs::exists(directory);
   create_directories(directory);
   const fs::path temporary = fs::path(directory) / (".partial-" + std::to_string(::getpid()));

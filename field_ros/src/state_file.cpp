@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <rosbag/bag.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,18 +27,45 @@ DataError system_error(const std::string& path, const std::string& doing) {
                    "; check the directory and its permissions");
 }
 
-void sync_and_rename(const std::string& temporary, const std::string& path) {
-  const int file = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
+const char* const kPartial = ".partial-";
+
+bool sync(const std::string& path, int flags) {
+  const int file = ::open(path.c_str(), flags | O_CLOEXEC);
   const bool synced = file >= 0 && ::fsync(file) == 0;
   if (file >= 0) ::close(file);
-  if (!synced || ::rename(temporary.c_str(), path.c_str()) != 0)
+  return synced;
+}
+
+void sync_and_rename(const std::string& temporary, const std::string& path) {
+  if (!sync(temporary, O_RDONLY) || ::rename(temporary.c_str(), path.c_str()) != 0) {
     throw system_error(path, "written");
+  }
+  // The folder's entry must reach the disk as well; some file systems cannot sync folders.
+  const auto folder = std::filesystem::path(path).parent_path();
+  (void)sync(folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY);
+}
+
+// What processes that were killed while they wrote this file have left behind.
+void remove_abandoned(const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path target(path);
+  const std::string start = target.filename().string() + kPartial;
+  std::error_code ignored;
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(start, 0) != 0) continue;
+    const int process = std::atoi(name.c_str() + start.size());
+    const bool gone = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+    if (gone) fs::remove(entry.path(), ignored);
+  }
 }
 
 }  // namespace
 
 void write_state_file(const std::string& path, const field_msgs::EstimatorState& state) {
-  const std::string temporary = path + ".partial-" + std::to_string(::getpid());
+  remove_abandoned(path);
+  const std::string temporary = path + kPartial + std::to_string(::getpid());
   try {
     rosbag::Bag bag(temporary, rosbag::bagmode::Write);
     bag.write(kTopic, std::max(state.header.stamp, ros::TIME_MIN), state);

@@ -133,6 +133,21 @@ std::optional<MergedStep> StreamMerge::next(bool end_of_input) {
   return std::nullopt;
 }
 
+bool StreamMerge::ready(const Sample& sample) const {
+  return anchor_ && odometry_.back().stamp >= sample.stamp + limits_.reorder_window;
+}
+
+void StreamMerge::shed(Stamp most_lag) {
+  const auto waiting =
+      std::find_if(queue_.rbegin(), queue_.rend(), [this](const Sample& s) { return ready(s); });
+  if (waiting == queue_.rend()) return;
+  const Stamp oldest_allowed = waiting->stamp - most_lag;
+  while (queue_.front().stamp < oldest_allowed) {
+    on_drop_(DropReason::shed);
+    queue_.pop_front();
+  }
+}
+
 bool StreamMerge::move_anchor(Stamp stamp) {
   if (odometry_.empty()) return false;
   const std::optional<SE2> pose = pose_at(stamp);

@@ -164,6 +164,42 @@ TEST(Params, RequiredDictionaryNeedsAnEntry) {
             error_of([&] { load_params(tree, params); }).find("at least one entry"));
 }
 
+struct Row {
+  std::vector<Inner> rows = {Inner{}};
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.list("rows", rows, "one after the other");
+  }
+};
+
+TEST(Params, ListsOfGroupsAreLoadedAndCheckedLikeGroups) {
+  const auto load_rows = [](const std::string& yaml) {
+    Row p;
+    load_params(ParamTree::from_yaml_text(yaml, "c.yaml"), p);
+    return p.rows;
+  };
+  EXPECT_EQ(1u, load_rows("{}").size());
+  EXPECT_EQ(0u, load_rows("rows: []").size());
+  const auto rows = load_rows("rows: [{width: 3}, {width: 4, scales: [5, 6]}]");
+  ASSERT_EQ(2u, rows.size());
+  EXPECT_EQ(3.0, rows[0].width);
+  EXPECT_EQ(6.0, rows[1].scales[1]);
+  const auto refused = [&](const std::string& yaml) { return error_of([&] { load_rows(yaml); }); };
+  EXPECT_EQ("c.yaml:3: parameter 'rows/2/width': -1 is not allowed; it must be > 0 [m]",
+            refused("rows:\n- {width: 3}\n- {width: -1}"));
+  EXPECT_EQ("c.yaml:3: parameter 'rows/2/widht': is unknown; did you mean 'width'?",
+            refused("rows:\n- {width: 3}\n- {widht: 1}"));
+  EXPECT_EQ("c.yaml:3: parameter 'rows/2/width': is wider than the world",
+            refused("rows:\n- {width: 3}\n- {width: 101}"));
+  EXPECT_NE(std::string::npos,
+            refused("rows: {width: 3}").find("a list of groups: [{...}, {...}]"));
+  EXPECT_NE(std::string::npos, refused("rows: [3]").find("'rows/1': 3 is not allowed"));
+  const auto docs = field_ros::document_params<Row>();
+  EXPECT_NE(std::string::npos,
+            field_ros::commented_yaml(docs).find("rows: []\n#   -\n#     width"));
+  EXPECT_NE(std::string::npos, field_ros::markdown_table(docs).find("`rows/NUMBER/width`"));
+}
+
 TEST(Params, BadFilesAreRefused) {
   EXPECT_NE(std::string::npos,
             refusal("count: 1\ncount: 2\n")

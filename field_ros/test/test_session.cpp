@@ -1,37 +1,25 @@
 // The one path from messages to the estimator, with an estimator that can be checked by hand.
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <std_msgs/Header.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "field_ros/diagnostics.hpp"
 #include "field_ros/map_messages.hpp"
 #include "field_ros/services.hpp"
 #include "field_ros/session.hpp"
-#include "field_ros/state_file.hpp"
 #include "test_support.hpp"
 #include "toy_estimator.hpp"
+#include "toy_session.hpp"
 
 namespace {
 
 using namespace field_ros;
 using field_core::SE2;
 using field_ros_test::error_of;
+using field_ros_test::make_session;
 using field_ros_test::measurement;
 using field_ros_test::odometry;
 using field_ros_test::ToyEstimator;
-
-constexpr const char* kConfig = "noise_stddev: 0.5\ninitial_pose_x: 10.0\n";
-
-Session make_session(const std::string& extra = "") {
-  const auto entry = estimator_entry<ToyEstimator>();
-  return Session(entry.make(ParamTree::from_yaml_text(kConfig + extra, "toy.yaml"), std::nullopt),
-                 [](const std::string& frame, field_core::Stamp) {
-                   return frame == "mast" ? std::optional<SE2>(SE2(0.0, 2.0, 0.0)) : std::nullopt;
-                 });
-}
 
 TEST(Session, PosesAndFieldFollowTheMessages) {
   Session s = make_session();
@@ -95,6 +83,9 @@ TEST(Session, SensorsStandWhereTfPutsThem) {
   EXPECT_NEAR(2.0, ToyEstimator::last_place_.y(), 1e-12);
   m.header.frame_id = "nowhere";
   s.on_field(m);
+  EXPECT_EQ(1u, s.waiting_for_transform());
+  s.on_odometry(odometry(5.0, 0.0));
+  s.on_odometry(odometry(11.0, 0.0));  // sensor_transform_timeout later
   EXPECT_EQ((Counts{{"unknown_frame", 1}}), s.counts().dropped);
   Session at_base = make_session("use_sensor_frames: false\n");
   at_base.on_odometry(odometry(1.0, 0.0));
@@ -141,53 +132,6 @@ TEST(Session, WhilePausedTheMotionIsStillFollowed) {
   s.on_odometry(odometry(3.0, 7.0));
   s.on_field(measurement(3.0, 1.0));
   EXPECT_NEAR(17.0, s.belief().mean.x(), 1e-12);
-}
-
-TEST(Session, StateFilesContinueTheRun) {
-  const field_ros_test::TemporaryDirectory directory;
-  const std::string keep = "state_directory: \"" + (directory / "states") + "\"\n";
-  Session s = make_session(keep);
-  s.on_odometry(odometry(1.0, 0.0));
-  s.on_field(measurement(1.0, 3.0));
-  EXPECT_TRUE(save_state(s, "lab-1").success);
-  Session t = make_session(keep);
-  t.on_odometry(odometry(1.0, 0.0));
-  EXPECT_TRUE(load_state(t, "lab-1").success);
-  for (Session* session : {&s, &t}) {
-    session->on_odometry(odometry(2.0, 1.0));
-    session->on_field(measurement(2.0, 5.0));
-  }
-  EXPECT_EQ(s.save_state().blocks, t.save_state().blocks);
-  EXPECT_EQ(s.belief().covariance, t.belief().covariance);
-  for (const char* name : {"", "../lab-1", "a/b", "a.bag", "a b"}) {
-    EXPECT_FALSE(load_state(t, name).success) << name;
-    EXPECT_FALSE(save_state(t, name).success) << name;
-  }
-  EXPECT_NE(std::string::npos, load_state(t, "other").message.find("No such file"));
-  EXPECT_FALSE(save_state(make_session("state_directory: \"\"\n"), "a").success);
-}
-
-TEST(Session, ForeignAndDamagedStatesChangeNothing) {
-  const field_ros_test::TemporaryDirectory directory;
-  Session s = make_session("state_directory: \"" + (directory / "") + "\"\n");
-  s.on_odometry(odometry(1.0, 0.0));
-  s.on_field(measurement(1.0, 3.0));
-  const auto before = s.save_state();
-  auto foreign = before;
-  foreign.estimator = "other";
-  write_state_file(directory / "foreign.bag", foreign);
-  EXPECT_NE(std::string::npos, load_state(s, "foreign").message.find("belongs to 'other'"));
-  {
-    rosbag::Bag bag(directory / "text.bag", rosbag::bagmode::Write);
-    std_msgs::Header header;
-    bag.write("/state", ros::Time(1.0), header);
-  }
-  EXPECT_NE(std::string::npos, load_state(s, "text").message.find("std_msgs/Header with md5sum"));
-  write_state_file(directory / "cut.bag", before);
-  std::filesystem::resize_file(directory / "cut.bag", 5000);
-  EXPECT_FALSE(load_state(s, "cut").success);
-  EXPECT_EQ(before.blocks, s.save_state().blocks);
-  EXPECT_NE("", error_of([&] { write_state_file(directory / "no/such/place.bag", before); }));
 }
 
 TEST(Services, PredictFieldRefusesWithAReason) {
@@ -244,32 +188,6 @@ TEST(Maps, EllipseHasTheAxesOfTheCovariance) {
   EXPECT_NEAR(2.0 * 3.0 * std::sqrt(4.605170185988092), ellipse.scale.x, 1e-9);
   EXPECT_NEAR(2.0 * 1.0 * std::sqrt(4.605170185988092), ellipse.scale.y, 1e-9);
   EXPECT_NEAR(M_PI / 2, std::abs(from_pose(ellipse.pose).yaw()), 1e-9);
-}
-
-TEST(Diagnostics, SayWhatIsWrong) {
-  HealthSnapshot before, now;
-  now.time_s = 2.0;
-  now.counts.odometry = 20;
-  now.counts.measurements = 2;
-  now.counts.dropped["duplicate_field"] = 1;
-  auto array = diagnose("node", before, now);
-  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::WARN, array.status[0].level);
-  EXPECT_EQ(0u, array.status[0].message.find("dropped: duplicate_field"));
-  EXPECT_EQ("10", array.status[0].values[0].value);
-  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::OK, array.status[1].level);
-  before = now;
-  now.counts.odometry = now.counts.measurements = 30;  // the old drop is no news
-  now.counts.numerical_errors = 1;
-  now.last_error = "went dark";
-  array = diagnose("node", before, now);
-  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::OK, array.status[0].level);
-  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::ERROR, array.status[1].level);
-  EXPECT_EQ("went dark", array.status[1].message);
-  before = now;
-  now.counts.nis_dof_sum = 100;
-  now.counts.nis_sum = 500.0;
-  array = diagnose("node", before, now);
-  EXPECT_EQ(diagnostic_msgs::DiagnosticStatus::WARN, array.status[1].level);
 }
 
 }  // namespace

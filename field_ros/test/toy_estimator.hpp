@@ -1,6 +1,9 @@
 // Dead reckoning over a constant field: small enough to check by hand.
 #pragma once
 
+#include <chrono>
+#include <thread>
+
 #include "field_core/errors.hpp"
 #include "field_core/estimator.hpp"
 #include "field_core/params.hpp"
@@ -12,6 +15,7 @@ struct ToyParams {
   double prior_stddev = 2.0;
   double noise_stddev = 0.5;
   double initial_pose_x = 0.0;
+  double step_time = 0.0;
   std::vector<double> region = {-1.0, -2.0, 3.0, 2.0};
 
   template <class Visitor>
@@ -21,6 +25,7 @@ struct ToyParams {
     v.required("noise_stddev")
         .number("noise_stddev", noise_stddev, field_core::positive(), "lx", "of a measurement");
     v.number("initial_pose_x", initial_pose_x, field_core::any_number(), "m", "start");
+    v.number("step_time", step_time, field_core::non_negative(), "s", "an update takes this long");
     v.numbers("region", region, {4, 4}, field_core::any_number(), "m", "area of the map");
   }
   void validate() const {
@@ -48,6 +53,7 @@ class ToyEstimator {
     belief_.covariance += 0.01 * Eigen::Matrix3d::Identity();
   }
   field_core::UpdateResult update(const field_core::Sample& sample) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(params_.step_time));
     const field_core::Reading& r = sample.readings.at(0);
     if (r.value > 1000.0) return field_core::UpdateResult::skipped("too_bright");
     if (r.value < -1000.0) throw field_core::NumericalError("the toy cannot go that dark");
@@ -95,6 +101,7 @@ class ToyEstimator {
     variance_ = field(1);
     belief_.mean = field_core::SE2(Eigen::Vector3d(pose));
   }
+  static std::vector<std::string> run_parameters() { return {"step_time"}; }
   /// Where the sensor of the last update stood; static: tests cannot reach the held estimator.
   static inline field_core::SE2 last_place_;
 

@@ -24,6 +24,7 @@ gp_localize::GpLocalizeParams params(int particles, int paths, int support, int 
     field.length_scales = {3.0 + 0.3 * f, 4.0 - 0.2 * f};  // each field its own: nothing is shared
     p.fields["ap" + std::to_string(f)] = field;
   }
+  p.map_hypotheses = gp_localize::MapHypotheses::sample_paths;
   p.particles = particles;
   p.sample_paths = paths;
   p.support.region = {0.0, 0.0, 20.0, 16.0};

@@ -25,7 +25,8 @@ std::vector<FieldModel> make_field_models(const GpLocalizeParams& params) {
           {{name, p.unit},
            p.mean,
            noise_variance,
-           SupportBasis(kernel, select_support(params.support, kernel, noise_variance),
+           SupportBasis(kernel,
+                        select_support(params.support, kernel, noise_variance, params.survey),
                         params.support.jitter, params.support.noisy ? noise_variance : 0.0)});
     } catch (const field_core::NumericalError& error) {
       // The cause is in the configuration: a parameter error gets file and line.

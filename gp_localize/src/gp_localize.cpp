@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "field_core/errors.hpp"
 #include "gp_localize/resampling.hpp"
 
 namespace gp_localize {
@@ -19,6 +18,10 @@ CalibrationParams calibration_params(const GpLocalizeParams& p) {
   return exact ? CalibrationParams{} : p.odom_calibration;
 }
 
+Eigen::Matrix3d start_covariance(const GpLocalizeParams& p) {
+  return Eigen::Vector3d(p.initial_cov_xx, p.initial_cov_yy, p.initial_cov_aa).asDiagonal();
+}
+
 }  // namespace
 
 GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
@@ -28,7 +31,9 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
       motion_model_{field_core::OdometryMotionModel(params.odometry_noise),
                     OdometryCalibrationModel(calibration_params(params))},
       models_(make_field_models(params)),
-      map_(make_map_model(params, models_)) {
+      map_(make_map_model(params, models_)),
+      health_(params.lost),
+      bins_(params.particles) {
   for (const FieldModel& model : models_) infos_.push_back(model.info);
   reset();
 }
@@ -36,37 +41,51 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
 void GpLocalize::reset() {
   random_ = field_core::Random(seed_);
   const SE2 start(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a);
-  const Eigen::Matrix3d covariance =
-      Eigen::Vector3d(params_.initial_cov_xx, params_.initial_cov_yy, params_.initial_cov_aa)
-          .asDiagonal();
-  map_->restart(start, covariance, motion_model_, random_);
+  map_->restart(start, start_covariance(params_), motion_model_, random_);
+  draw_start();
+}
+
+void GpLocalize::draw_start() {
+  const SE2 start(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a);
   particles_.resize(params_.particles);
   for (Particle& particle : particles_) {
-    particle = {motion_model_.draw(start, covariance, random_), 1.0 / params_.particles};
+    particle = {motion_model_.draw(start, start_covariance(params_), random_),
+                1.0 / params_.particles};
   }
   stamp_ = field_core::Stamp(0);
   updated_ = false;
   moved_distance_ = moved_angle_ = 0.0;
+  health_.restart();
   summarize();
 }
 
 void GpLocalize::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
   for (Particle& particle : particles_) {  // what was learned of the odometry stays
     particle.pose = SE2(mean.vector() + random_.normal3(covariance));
-    particle.weight = 1.0 / params_.particles;
+    particle.weight = 1.0 / static_cast<double>(particles_.size());
   }
   map_->relocate(particles_, random_);
+  health_.restart();
   summarize();
 }
 
-void GpLocalize::scatter() {
+void GpLocalize::scatter(Particle& particle) {
   const field_core::MapRegion r = map_region();
-  for (auto& particle : particles_) {
-    particle.pose = SE2(random_.uniform(r.x_min, r.x_max), random_.uniform(r.y_min, r.y_max),
-                        random_.uniform(-M_PI, M_PI));
-    particle.weight = 1.0 / params_.particles;
+  particle.pose = SE2(random_.uniform(r.x_min, r.x_max), random_.uniform(r.y_min, r.y_max),
+                      random_.uniform(-M_PI, M_PI));
+}
+
+void GpLocalize::scatter() {
+  // As many as there may be, each with a map that one of them has now.
+  ancestors_.resize(params_.particles);
+  const std::size_t count = particles_.size();
+  for (std::size_t i = 0; i < ancestors_.size(); ++i) {
+    ancestors_[i] = static_cast<int>(i * count / ancestors_.size());
   }
+  become_children();
+  for (Particle& particle : particles_) scatter(particle);
   map_->relocate(particles_, random_);
+  health_.restart();
   summarize();
 }
 
@@ -113,8 +132,11 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
     return UpdateResult::skipped("no particle explains the measurement");
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
-  map_->learn(particles_, sample.sensor_in_base, observations_, random_);
+  if (params_.mode != Mode::localization) {
+    map_->learn(particles_, sample.sensor_in_base, observations_, random_);
+  }
   summarize();
+  health_.add(result, covariance_);
   resample_if_needed();
   updated_ = true;
   moved_distance_ = moved_angle_ = 0.0;
@@ -135,12 +157,38 @@ UpdateResult GpLocalize::normalized_innovation() const {
 /// `log_weights_` holds the particles' normalized weights here.
 void GpLocalize::resample_if_needed() {
   const double count = static_cast<double>(particles_.size());
-  if (effective_sample_size(log_weights_) >= params_.resample_threshold * count) return;
-  low_variance_resample(log_weights_, random_.uniform(), ancestors_);
-  resampled_.resize(particles_.size());
+  const bool recover =
+      params_.known_map() && params_.lost.recovery_share > 0.0 && health_.contradicted();
+  if (!recover && effective_sample_size(log_weights_) >= params_.resample_threshold * count) {
+    return;
+  }
+  choose_ancestors();
+  become_children();
+  if (!recover) return;
+  for (Particle& particle : particles_) {  // augmented Monte Carlo localization
+    if (random_.uniform() < params_.lost.recovery_share) scatter(particle);
+  }
+  map_->relocate(particles_, random_);
+}
+
+void GpLocalize::choose_ancestors() {
+  const AdaptiveParams& a = params_.adaptive;
+  if (a.min_particles == 0) {
+    low_variance_resample(log_weights_, random_.uniform(), ancestors_);
+    return;
+  }
+  poses_.resize(particles_.size());
+  for (std::size_t i = 0; i < poses_.size(); ++i) poses_[i] = particles_[i].pose;
+  kld_resample(log_weights_, poses_, {a.min_particles, params_.particles, a.kld_err, a.kld_z},
+               bins_, random_, cumulative_, ancestors_);
+}
+
+/// Each particle becomes a copy of its ancestor; all weights are equal then.
+void GpLocalize::become_children() {
+  resampled_.resize(ancestors_.size());
   for (std::size_t i = 0; i < resampled_.size(); ++i) {
     resampled_[i] = particles_[ancestors_[i]];
-    resampled_[i].weight = 1.0 / count;
+    resampled_[i].weight = 1.0 / static_cast<double>(ancestors_.size());
   }
   resampled_.swap(particles_);
   map_->resampled(ancestors_);
@@ -199,45 +247,6 @@ field_core::MapRegion GpLocalize::map_region() const {
   const Eigen::Vector2d high = model.basis.support().rowwise().maxCoeff();
   const Eigen::Vector2d margin = model.basis.kernel().length_scales();
   return {low.x() - margin.x(), low.y() - margin.y(), high.x() + margin.x(), high.y() + margin.y()};
-}
-
-field_core::State GpLocalize::state() const {
-  field_core::State state(kName, kStateVersion);
-  Eigen::MatrixXd particles(kStateSize + 1, particles_.size());
-  for (std::size_t i = 0; i < particles_.size(); ++i) {
-    particles.col(i) << pack(particles_[i]), particles_[i].weight;
-  }
-  state.set("particles", particles);
-  state.set_text("random", random_.state());
-  state.set_text("stamp_ns", std::to_string(stamp_.count()));
-  state.set("mean", Eigen::MatrixXd(mean_.vector()));
-  state.set("covariance", Eigen::MatrixXd(covariance_));
-  state.set("updated", updated_ ? 1.0 : 0.0);
-  state.set("moved", Eigen::MatrixXd(Eigen::Vector2d(moved_distance_, moved_angle_)));
-  map_->save(state);
-  return state;
-}
-
-void GpLocalize::restore(const field_core::State& state) {
-  state.require(kName, kStateVersion);
-  const Eigen::MatrixXd particles = state.matrix("particles", kStateSize + 1, params_.particles);
-  const Eigen::MatrixXd mean = state.matrix("mean", 3, 1), moved = state.matrix("moved", 2, 1);
-  const Eigen::MatrixXd covariance = state.matrix("covariance", 3, 3);
-  const bool updated = state.scalar("updated") != 0.0;
-  const auto stamp = field_core::Stamp(std::stoll(state.text("stamp_ns")));
-  field_core::Random random(seed_);
-  random.restore(state.text("random"));
-  map_->restore(state);  // the last that can fail
-  for (Eigen::Index i = 0; i < particles.cols(); ++i) {
-    particles_[i] = {unpack(particles.col(i).head<kStateSize>()), particles(kStateSize, i)};
-  }
-  random_ = random;
-  stamp_ = stamp;
-  mean_ = SE2(Eigen::Vector3d(mean));
-  covariance_ = covariance;
-  updated_ = updated;
-  moved_distance_ = moved(0);
-  moved_angle_ = moved(1);
 }
 
 }  // namespace gp_localize

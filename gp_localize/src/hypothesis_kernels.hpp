@@ -1,28 +1,11 @@
-// The hot loops of gp_localize on plain arrays, compiled for several instruction sets and chosen at
-// run time. Callers own all memory; nothing here allocates or throws.
+// The hot loops over particles x hypotheses on plain arrays, compiled for several instruction sets.
+// Callers own all memory; nothing here allocates or throws.
 #pragma once
 
 #include "field_core/kernels.hpp"
+#include "instruction_sets.hpp"
 
 namespace gp_localize {
-
-/// Whether AVX2 versions are used where the processor has them (the default); returns what is used
-/// from now on. For tests and benchmarks.
-bool use_wide_vectors(bool wanted);
-
-struct WhitenedSupport {
-  field_core::KernelType kernel;
-  double signal_variance;
-  double length_x, length_y;
-  int size;                 // m
-  const double* support;    // m pairs
-  const double* whitening;  // m x m, row-major, lower triangular
-};
-
-/// features (m x n, row-major) = whitening * k(support, points); points: pairs `stride` numbers
-/// apart.
-void whitened_features(const WhitenedSupport& basis, int n, const double* points, int stride,
-                       double* features);
 
 /// Hypotheses are laid side by side, kPanel<T> of them to a panel: one cache line.
 template <class T>
@@ -51,26 +34,62 @@ struct HypothesisPanels {
   T* weight;       // panels x kPanel: of each hypothesis in the moments; 0 beyond C
 };
 
-/// Particles (or any places) to be held against the hypotheses of one field.
+/// Places to be held against the hypotheses of one field.
 template <class T>
-struct ParticleBatch {
+struct PlaceBatch {
   int count;          // P
   int stride;         // between rows of features
   const T* features;  // m x P: phi
-  const T* residual;  // P: sigma_xx|S + noise of the measurement
+  const T* residual;  // P: sigma_xx|S, with the noise of the measurement if it is to be weighed
   const T* x;         // P: place / length scale; likewise y
   const T* y;
+  T* scratch;  // scratch_size(m) numbers
+};
+
+/// What a measurement makes of the predictions at P particles.
+template <class T>
+struct Scores {
   T value;         // measurement minus prior mean
   T* log_density;  // P x panels x kPanel: log N(value; ...) + log(2 pi) / 2 is ADDED; may be null
   T* moments;      // P x 2: weighted sums over hypotheses of mean and of variance + mean^2, WRITTEN
-  T* scratch;      // scratch_size(m) numbers
 };
 
-int scratch_size(int support);
+/// Predictions of eq. (12)-(13) of the hypotheses at a few nodes, and how the prediction at each of
+/// P particles follows from them: sum over nodes of coefficient times prediction.
+template <class T>
+struct NodePredictions {
+  int nodes;              // r
+  T* mean;                // panels x r x kPanel; likewise variance
+  T* variance;            // without the noise of the measurement
+  int count;              // P
+  const T* coefficients;  // r x P
+  T noise_variance;
+  T* scratch;  // scratch_size of interpolation: r numbers for each of kBatch particles
+};
+
+/// Particles that are prepared at a time, at most.
+constexpr int kBatch = 60;
+/// Numbers of scratch that a batch of places needs.
+constexpr int scratch_size(int support) { return kBatch * (support * (support + 1) / 2 + support); }
 
 /// Densities of eq. (12)-(13) for all pairs; O(P C (m^2 / 2 + open (m + open / 2))).
-void add_log_densities(const HypothesisPanels<float>& panels, const ParticleBatch<float>& batch);
-void add_log_densities(const HypothesisPanels<double>& panels, const ParticleBatch<double>& batch);
+void add_log_densities(const HypothesisPanels<float>& panels, const PlaceBatch<float>& places,
+                       const Scores<float>& scores);
+void add_log_densities(const HypothesisPanels<double>& panels, const PlaceBatch<double>& places,
+                       const Scores<double>& scores);
+
+/// Predictions at `nodes.nodes` places; the same cost per pair.
+void predict_nodes(const HypothesisPanels<float>& panels, const PlaceBatch<float>& places,
+                   const NodePredictions<float>& nodes);
+void predict_nodes(const HypothesisPanels<double>& panels, const PlaceBatch<double>& places,
+                   const NodePredictions<double>& nodes);
+/// Densities for all pairs from the predictions at the nodes; O(P C r).
+void add_interpolated_log_densities(const HypothesisPanels<float>& panels,
+                                    const NodePredictions<float>& nodes,
+                                    const Scores<float>& scores);
+void add_interpolated_log_densities(const HypothesisPanels<double>& panels,
+                                    const NodePredictions<double>& nodes,
+                                    const Scores<double>& scores);
 
 /// Appends to the open slice what hypothesis c measured at its own place. Arrays with hypotheses
 /// innermost, padded to panels x kPanel: phi (m rows), x and y (place / length scale).
@@ -84,15 +103,5 @@ struct OpenRow {
 };
 void extend_open_slice(HypothesisPanels<float>& panels, const OpenRow<float>& row);
 void extend_open_slice(HypothesisPanels<double>& panels, const OpenRow<double>& row);
-
-/// out[p] = log of the mean over the first `hypotheses` numbers of row p of exp(rows), rows
-/// `stride` apart.
-void log_mean_exp(const float* rows, int count, int hypotheses, int stride, double* out);
-void log_mean_exp(const double* rows, int count, int hypotheses, int stride, double* out);
-
-/// y = A x for a symmetric matrix stored as the lower triangle by columns.
-void symmetric_multiply(const double* packed, int n, const double* x, double* y);
-/// A -= scale g g^T, the same storage.
-void symmetric_downdate(double* packed, int n, double scale, const double* g);
 
 }  // namespace gp_localize

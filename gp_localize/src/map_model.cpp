@@ -39,11 +39,11 @@ std::unique_ptr<PathBank> make_path_bank(const GpLocalizeParams& params, const F
       const bool recent = params.observation_model == ObservationModelType::online_pitc;
       return std::make_unique<SparsePathBank>(field, params.sample_paths, params.slice_size,
                                               recent ? Recent::used : Recent::ignored,
-                                              params.precision);
+                                              params.precision, params.interpolation_tolerance);
     }
     case ObservationModelType::fitc:
       return std::make_unique<SparsePathBank>(field, params.sample_paths, 1, Recent::used,
-                                              params.precision);
+                                              params.precision, params.interpolation_tolerance);
     default:
       return std::make_unique<DensePathBank>(field, params);
   }

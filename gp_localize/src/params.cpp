@@ -37,6 +37,16 @@ void GpLocalizeParams::validate() const {
         "is one of the paper's baselines, which have shared sample paths; use "
         "map_hypotheses: sample_paths, or online_pitc, online_pitc_assimilated, fitc");
   }
+  if (map_hypotheses != MapHypotheses::particle && (known_map() || !survey.empty())) {
+    throw ParameterError("map_hypotheses",
+                         "must be particle for modes localization and lifelong, and with a survey");
+  }
+  if (support.selection == SupportSelection::survey && survey.empty()) {
+    throw ParameterError("support/selection", "is survey, but no file is named by `survey`");
+  }
+  if (adaptive.min_particles > particles) {
+    throw ParameterError("adaptive/min_particles", "must not be larger than particles");
+  }
 }
 
 }  // namespace gp_localize

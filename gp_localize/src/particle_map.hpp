@@ -1,6 +1,7 @@
 // One map per particle (Rao-Blackwellization): each particle carries the online sparse Gaussian
-// processes of its own past path, so that evidence weighs paths, not only places. Copies that
-// resampling makes share their maps until one of them is written to.
+// processes of its own past path, so that evidence weighs paths, not only places. What closed
+// slices say is shared by all particles with the same ancestor at the last slice's end; an open
+// slice is each particle's own.
 #pragma once
 
 #include <vector>
@@ -28,28 +29,39 @@ class ParticleMap : public MapModel {
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
   void save(field_core::State& state) const override;
-  void restore(const field_core::State& state) override;
+  void restore(const field_core::State& state, const std::vector<int>& ancestors) override;
 
-  int distinct_maps() const { return static_cast<int>(pool_.size() - free_.size()); }
+  int distinct_maps() const { return static_cast<int>(closed_.size() - free_.size()); }
 
  private:
-  using Maps = std::vector<OnlineSparseGp>;  // one per field
-  void share_among_all(int particles);
-  Maps& own_maps(std::size_t particle);  // copies them if they are shared
-  void end_slice();
+  using Closed = std::vector<SupportPosterior>;  // one per field
+  using Slices = std::vector<OpenSlice>;         // one per field
+
+  void share_among_all(std::size_t particles);
+  double log_density(double error, double variance, double signal_variance) const;
+  void close_slices();
+  /// A map that the particle alone may write to; what it held is left to the caller.
+  int own_map(std::size_t particle);
+  void recount_users();
 
   std::vector<FieldModel> fields_;
   int slice_size_;
   Recent recent_;
+  double outlier_share_;
   int steps_in_slice_ = 0;
-  // As many maps as particles; owner_[p] is particle p's, users_[i] how many particles map i has.
-  std::vector<Maps> pool_;
-  std::vector<int> users_, free_, owner_;
+  Closed initial_;  // the prior, or what the survey says
+  // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
+  // how many particles map i has. Maps may be shared, slices are not.
+  std::vector<Closed> closed_;
+  std::vector<Slices> slices_;
+  std::vector<int> map_, slice_, users_, free_;
   // Kept between steps; weigh() leaves in evaluations_ what learn() goes on with.
-  std::vector<OnlineSparseGp::Evaluation> evaluations_;  // [observation * P + particle]
-  std::vector<Features> features_;                       // [observation]
+  std::vector<Evaluation> evaluations_;  // [observation * P + particle]
+  Features features_;
+  std::vector<Eigen::MatrixXd> phi_;  // [observation]: m x P, by columns
   Eigen::Matrix2Xd points_;
-  std::vector<int> new_owner_;
+  std::vector<int> new_map_, new_slice_, spare_slices_;
+  std::vector<char> kept_;
 };
 
 }  // namespace gp_localize

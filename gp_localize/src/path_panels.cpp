@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "hypothesis_kernels.hpp"
+#include "interpolation_box.hpp"
+#include "vector_kernels.hpp"
 
 namespace gp_localize {
 namespace {
@@ -11,7 +13,9 @@ namespace {
 template <class T>
 class Panels final : public PathPanels {
  public:
-  Panels(const SupportBasis& basis, int paths, int slice_size, Recent recent) : recent_(recent) {
+  Panels(const SupportBasis& basis, int paths, int slice_size, Recent recent,
+         double interpolation_tolerance)
+      : recent_(recent), tolerance_(interpolation_tolerance) {
     const int m = static_cast<int>(basis.size());
     const std::size_t panels = (paths + kPanel<T> - 1) / kPanel<T>;
     const std::size_t lanes = panels * kPanel<T>;
@@ -41,14 +45,18 @@ class Panels final : public PathPanels {
           at[6],
           at[7]};
     std::fill(p_.weight, p_.weight + paths, T(1) / static_cast<T>(paths));
-    scratch_.resize(scratch_size(m));
+    scratch_.resize(std::max(scratch_size(m), kBatch * kMostNodes));
     path_features_.resize(m * lanes);
     path_x_.resize(lanes);
     path_y_.resize(lanes);
+    if (tolerance_ == 0.0) return;
+    node_mean_.reserve(kMostNodes * lanes);
+    node_variance_.reserve(kMostNodes * lanes);
   }
 
   void assimilate(const Eigen::MatrixXd& summaries) override {
     const int packed = p_.support * (p_.support + 1) / 2;
+    mean_norm_ = std::sqrt(summaries.bottomRows(p_.support).colwise().squaredNorm().maxCoeff());
     for (int c = 0; c < p_.panels * kPanel<T>; ++c) {
       const double* summary = summaries.col(std::min(c, p_.hypotheses - 1)).data();
       const long panel = c / kPanel<T>, lane = c % kPanel<T>;
@@ -76,6 +84,12 @@ class Panels final : public PathPanels {
     }
     extend_open_slice(p_, OpenRow<T>{path_features_.data(), path_x_.data(), path_y_.data(),
                                      static_cast<T>(value), static_cast<T>(noise_variance)});
+    T largest = 0;
+    for (int panel = 0; panel < p_.panels; ++panel) {
+      const T* row = p_.open_value + (panel * p_.slice_size + p_.open - 1) * kPanel<T>;
+      for (int lane = 0; lane < kPanel<T>; ++lane) largest = std::max(largest, std::abs(row[lane]));
+    }
+    mean_norm_ += static_cast<double>(largest);
   }
 
   void weight(const std::vector<double>& weights) override {
@@ -88,27 +102,18 @@ class Panels final : public PathPanels {
     log_densities_.assign(static_cast<std::size_t>(particles) * p_.panels * kPanel<T>, T(0));
   }
 
-  void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places, const Features& features,
-           double value, double noise_variance, PathPanels* total,
-           Eigen::Matrix2Xd& moments) override {
+  void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double value,
+           double noise_variance, PathPanels* total, Eigen::Matrix2Xd& moments) override {
     const auto n = static_cast<int>(places.cols());
-    features_.resize(static_cast<std::size_t>(p_.support) * n);
-    std::transform(features.data(), features.data() + features_.size(), features_.begin(),
-                   [](double f) { return static_cast<T>(f); });
-    residual_.resize(n);
-    x_.resize(n);
-    y_.resize(n);
     moments_.resize(2 * static_cast<std::size_t>(n));
-    const double prior = basis.kernel().signal_variance();
-    for (int p = 0; p < n; ++p) {
-      place(basis, places, p, x_[p], y_[p]);
-      const double explained = features.col(p).squaredNorm();
-      residual_[p] = static_cast<T>(std::max(0.0, prior - explained) + noise_variance);
+    const Scores<T> scores{static_cast<T>(value),
+                           total ? static_cast<Panels*>(total)->log_densities_.data() : nullptr,
+                           moments_.data()};
+    if (fit_box(basis, places, noise_variance)) {
+      add_interpolated(basis, n, noise_variance, scores);
+    } else {
+      add_log_densities(p_, batch(basis, places, noise_variance), scores);
     }
-    T* sums = total ? static_cast<Panels*>(total)->log_densities_.data() : nullptr;
-    add_log_densities(
-        p_, ParticleBatch<T>{n, n, features_.data(), residual_.data(), x_.data(), y_.data(),
-                             static_cast<T>(value), sums, moments_.data(), scratch_.data()});
     moments.resize(2, n);
     for (int i = 0; i < 2 * n; ++i) moments.data()[i] = moments_[i];
   }
@@ -120,9 +125,65 @@ class Panels final : public PathPanels {
 
  private:
   static constexpr int kArrays = 8;
+  static constexpr int kMostNodes = 256;
+
+  /// Places with their features, in this precision. The memory is that of the object.
+  PlaceBatch<T> batch(const SupportBasis& basis, const Eigen::Ref<const Eigen::Matrix2Xd>& places,
+                      double noise_variance) {
+    const auto n = static_cast<int>(places.cols());
+    const std::size_t size = static_cast<std::size_t>(p_.support) * n;
+    exact_features_.resize(size);
+    features_.resize(size);
+    residual_.resize(n);
+    x_.resize(n);
+    y_.resize(n);
+    basis.features(places, exact_features_.data());
+    const double prior = basis.kernel().signal_variance();
+    for (int p = 0; p < n; ++p) {
+      place(basis, places, p, x_[p], y_[p]);
+      double explained = 0.0;
+      for (std::size_t k = p; k < size; k += n)
+        explained += exact_features_[k] * exact_features_[k];
+      residual_[p] = static_cast<T>(std::max(0.0, prior - explained) + noise_variance);
+    }
+    std::transform(exact_features_.begin(), exact_features_.end(), features_.begin(),
+                   [](double f) { return static_cast<T>(f); });
+    return {n, n, features_.data(), residual_.data(), x_.data(), y_.data(), scratch_.data()};
+  }
+
+  /// Whether the predictions are smooth enough over the places to interpolate them, which is worth
+  /// it as long as evaluating the nodes and combining them costs less than evaluating the places.
+  bool fit_box(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double noise_variance) {
+    if (tolerance_ == 0.0 || noise_variance == 0.0) return false;
+    if (p_.kernel != field_core::KernelType::squared_exponential) return false;
+    const double pair = p_.support * (0.5 * p_.support + 1.5 + p_.open);
+    const auto count = static_cast<double>(places.cols());
+    const double worth = 0.75 * pair * count / (pair + 2.0 * count);
+    const double share = noise_variance / basis.kernel().signal_variance();
+    return box_.fit(places, basis.kernel().length_scales(),
+                    {tolerance_ * std::sqrt(share) / std::max(1.0, mean_norm_), tolerance_ * share},
+                    std::min(kMostNodes, static_cast<int>(worth)));
+  }
+
+  void add_interpolated(const SupportBasis& basis, int count, double noise_variance,
+                        const Scores<T>& scores) {
+    const auto nodes = static_cast<int>(box_.nodes().cols());
+    node_mean_.resize(static_cast<std::size_t>(nodes) * p_.panels * kPanel<T>);
+    node_variance_.resize(node_mean_.size());
+    coefficients_.resize(box_.coefficients().size());
+    std::transform(box_.coefficients().begin(), box_.coefficients().end(), coefficients_.begin(),
+                   [](double c) { return static_cast<T>(c); });
+    const NodePredictions<T> predictions{
+        nodes,          node_mean_.data(),    node_variance_.data(),
+        count,          coefficients_.data(), static_cast<T>(noise_variance),
+        scratch_.data()};
+    predict_nodes(p_, batch(basis, box_.nodes(), 0.0), predictions);
+    add_interpolated_log_densities(p_, predictions, scores);
+  }
 
   /// In length scales from a point of the support: numbers small enough for single precision.
-  static void place(const SupportBasis& basis, const Eigen::Matrix2Xd& places, int i, T& x, T& y) {
+  static void place(const SupportBasis& basis, const Eigen::Ref<const Eigen::Matrix2Xd>& places,
+                    int i, T& x, T& y) {
     const Eigen::Vector2d s =
         (places.col(i) - basis.support().col(0)).cwiseQuotient(basis.kernel().length_scales());
     x = static_cast<T>(s.x());
@@ -130,7 +191,12 @@ class Panels final : public PathPanels {
   }
 
   Recent recent_;
+  double tolerance_;
+  double mean_norm_ = 0.0;  // bound of |mean|_H / sigma over the hypotheses, interpolation_box.hpp
   HypothesisPanels<T> p_;
+  InterpolationBox box_;
+  std::vector<double> exact_features_;
+  std::vector<T> node_mean_, node_variance_, coefficients_;
   std::vector<T> memory_;
   std::vector<T> scratch_, features_, residual_, x_, y_, moments_;
   std::vector<T> path_features_, path_x_, path_y_;
@@ -155,11 +221,14 @@ void extend_by_open_rows(const SupportBasis& basis, const std::vector<const Onli
 }
 
 std::unique_ptr<PathPanels> make_path_panels(const SupportBasis& basis, int paths, int slice_size,
-                                             Recent recent, Precision precision) {
+                                             Recent recent, Precision precision,
+                                             double interpolation_tolerance) {
   if (precision == Precision::single_precision) {
-    return std::make_unique<Panels<float>>(basis, paths, slice_size, recent);
+    return std::make_unique<Panels<float>>(basis, paths, slice_size, recent,
+                                           interpolation_tolerance);
   }
-  return std::make_unique<Panels<double>>(basis, paths, slice_size, recent);
+  return std::make_unique<Panels<double>>(basis, paths, slice_size, recent,
+                                          interpolation_tolerance);
 }
 
 }  // namespace gp_localize

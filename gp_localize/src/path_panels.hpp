@@ -29,9 +29,8 @@ class PathPanels {
   /// Adds this field's log density of `value` for all particles x paths to the sums of `total`.
   /// @param moments 2 x P: per particle, weighted mean and mean square of the paths'
   ///                predictions
-  virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
-                   const Features& features, double value, double noise_variance, PathPanels* total,
-                   Eigen::Matrix2Xd& moments) = 0;
+  virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double value,
+                   double noise_variance, PathPanels* total, Eigen::Matrix2Xd& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 };
@@ -40,7 +39,12 @@ class PathPanels {
 void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
                          PathPanels& panels);
 
+/// @param interpolation_tolerance 0: every pair is evaluated. Otherwise particles that stand close
+///        together share evaluations (interpolation_box.hpp), where the kernel is smooth and it
+///        pays; means are then off by at most this share of the noise's standard deviation,
+///        variances by this share of its variance
 std::unique_ptr<PathPanels> make_path_panels(const SupportBasis& basis, int paths, int slice_size,
-                                             Recent recent, Precision precision);
+                                             Recent recent, Precision precision,
+                                             double interpolation_tolerance = 0.0);
 
 }  // namespace gp_localize

@@ -106,7 +106,7 @@ void SamplePathMap::save(field_core::State& state) const {
   for (const auto& bank : banks_) bank->save(state);
 }
 
-void SamplePathMap::restore(const field_core::State& state) {
+void SamplePathMap::restore(const field_core::State& state, const std::vector<int>&) {
   const auto paths = static_cast<Eigen::Index>(paths_.size());
   const Eigen::MatrixXd states = state.matrix("sample_paths", kStateSize, paths);
   const int steps = static_cast<int>(state.scalar("steps_in_slice"));

@@ -28,7 +28,7 @@ class SamplePathMap : public MapModel {
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
   void save(field_core::State& state) const override;
-  void restore(const field_core::State& state) override;
+  void restore(const field_core::State& state, const std::vector<int>& ancestors) override;
 
  private:
   void close_slice();

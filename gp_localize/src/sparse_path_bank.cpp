@@ -3,13 +3,14 @@
 namespace gp_localize {
 
 SparsePathBank::SparsePathBank(const FieldModel& field, int paths, int slice_size, Recent recent,
-                               Precision precision)
+                               Precision precision, double interpolation_tolerance)
     : field_(field),
       slice_size_(slice_size),
       recent_(recent),
       maps_(paths, OnlineSparseGp(static_cast<int>(field.basis.size()), slice_size, recent)),
       closed_(OnlineSparseGp::summary_size(static_cast<int>(field.basis.size())), paths),
-      panels_(make_path_panels(field.basis, paths, slice_size, recent, precision)) {}
+      panels_(make_path_panels(field.basis, paths, slice_size, recent, precision,
+                               interpolation_tolerance)) {}
 
 void SparsePathBank::restart() {
   const OnlineSparseGp blank(static_cast<int>(field_.basis.size()), slice_size_, recent_);
@@ -20,8 +21,7 @@ void SparsePathBank::restart() {
 
 void SparsePathBank::add(const Eigen::Matrix2Xd& places, double value, double noise_variance,
                          PathBank& total, Eigen::Matrix2Xd& moments) {
-  field_.basis.features(places, features_);
-  panels_->add(field_.basis, places, features_, value, noise_variance,
+  panels_->add(field_.basis, places, value, noise_variance,
                static_cast<SparsePathBank&>(total).panels_.get(), moments);
 }
 
@@ -58,9 +58,7 @@ void SparsePathBank::predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& m
   const auto panels = make_path_panels(field_.basis, static_cast<int>(maps_.size()), slice_size_,
                                        recent_, Precision::double_precision);
   fill(*panels);
-  Features features;
-  field_.basis.features(points, features);
-  panels->add(field_.basis, points, features, 0.0, 0.0, nullptr, moments);
+  panels->add(field_.basis, points, 0.0, 0.0, nullptr, moments);
 }
 
 void SparsePathBank::save(field_core::State& state) const {

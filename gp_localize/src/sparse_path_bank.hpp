@@ -14,7 +14,7 @@ namespace gp_localize {
 class SparsePathBank final : public PathBank {
  public:
   SparsePathBank(const FieldModel& field, int paths, int slice_size, Recent recent,
-                 Precision precision);
+                 Precision precision, double interpolation_tolerance);
 
   void restart() override;
   void begin(int particles) override { panels_->begin(particles); }
@@ -39,8 +39,7 @@ class SparsePathBank final : public PathBank {
   Eigen::MatrixXd closed_;            // summaries when the last slice closed
   bool learned_ = false;              // since then
   std::unique_ptr<PathPanels> panels_;
-  // Kept between steps: of the particles, and of the paths.
-  Features features_, path_features_;
+  Features path_features_;  // kept between steps
   OnlineSparseGp::Evaluation evaluation_;
 };
 

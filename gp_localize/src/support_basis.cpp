@@ -4,7 +4,7 @@
 #include <string>
 
 #include "field_core/errors.hpp"
-#include "hypothesis_kernels.hpp"
+#include "vector_kernels.hpp"
 
 namespace gp_localize {
 namespace {
@@ -47,11 +47,16 @@ SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix
 void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
                             Features& features) const {
   features.resize(size(), points.cols());
+  this->features(points, features.data());
+}
+
+void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
+                            double* features) const {
   whitened_features(
       {kernel_.type(), kernel_.signal_variance(), kernel_.length_scales().x(),
        kernel_.length_scales().y(), static_cast<int>(size()), support_.data(), whitening_.data()},
       static_cast<int>(points.cols()), points.data(), static_cast<int>(points.outerStride()),
-      features.data());
+      features);
 }
 
 }  // namespace gp_localize

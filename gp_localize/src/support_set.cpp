@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "field_core/errors.hpp"
+#include "gp_localize/survey.hpp"
 
 namespace gp_localize {
 namespace {
@@ -51,21 +52,6 @@ Eigen::Matrix2Xd pick(const Eigen::Matrix2Xd& from, const std::vector<Eigen::Ind
   return points;
 }
 
-Eigen::Matrix2Xd farthest_point(const std::vector<double>& r, int size) {
-  const Eigen::Matrix2Xd all = candidates(r);
-  const Eigen::Vector2d centre((r[0] + r[2]) / 2, (r[1] + r[3]) / 2);
-  std::vector<Eigen::Index> chosen(1);
-  (all.colwise() - centre).colwise().squaredNorm().minCoeff(&chosen[0]);
-  Eigen::RowVectorXd nearest = (all.colwise() - all.col(chosen[0])).colwise().squaredNorm();
-  while (static_cast<int>(chosen.size()) < std::min<Eigen::Index>(size, all.cols())) {
-    Eigen::Index next;
-    nearest.maxCoeff(&next);
-    chosen.push_back(next);
-    nearest = nearest.cwiseMin((all.colwise() - all.col(next)).colwise().squaredNorm());
-  }
-  return pick(all, chosen);
-}
-
 /// Greedy choice of argmax var(y | chosen) / var(y | all others): each ratio from one covariance
 /// that is conditioned step by step, and from the precision of the places not chosen yet.
 Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
@@ -99,15 +85,45 @@ Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
   return pick(all, chosen);
 }
 
+Eigen::Matrix2Xd places_of_survey(const std::string& path) {
+  SurveyBuilder all;
+  for (const auto& [name, field] : read_survey(path, {})) {
+    for (Eigen::Index i = 0; i < field.values.size(); ++i) all.add("", field.places.col(i), 0.0);
+  }
+  return all.build().at("").places;
+}
+
 }  // namespace
 
+Eigen::Matrix2Xd spread_over(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& start,
+                             int size) {
+  std::vector<Eigen::Index> chosen(1);
+  (places.colwise() - start).colwise().squaredNorm().minCoeff(&chosen[0]);
+  Eigen::RowVectorXd nearest = (places.colwise() - places.col(chosen[0])).colwise().squaredNorm();
+  constexpr double kSame = 1e-6;  // of the extent, squared: a place measured twice
+  const double least = kSame * kSame * nearest.maxCoeff();
+  while (static_cast<int>(chosen.size()) < size) {
+    Eigen::Index next;
+    if (nearest.maxCoeff(&next) <= least) break;
+    chosen.push_back(next);
+    nearest = nearest.cwiseMin((places.colwise() - places.col(next)).colwise().squaredNorm());
+  }
+  return pick(places, chosen);
+}
+
 Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::Kernel& kernel,
-                                double noise_variance) {
+                                double noise_variance, const std::string& survey) {
+  const auto& r = params.region;
+  const Eigen::Vector2d centre((r[0] + r[2]) / 2, (r[1] + r[3]) / 2);
   switch (params.selection) {
     case SupportSelection::grid:
       return grid(params.region, params.size);
     case SupportSelection::farthest_point:
-      return farthest_point(params.region, params.size);
+      return spread_over(candidates(params.region), centre, params.size);
+    case SupportSelection::survey: {
+      const Eigen::Matrix2Xd places = places_of_survey(survey);
+      return spread_over(places, places.rowwise().mean(), params.size);
+    }
     case SupportSelection::mutual_information:
       return mutual_information(params.region, params.size, kernel, noise_variance);
     case SupportSelection::explicit_points:

@@ -1,11 +1,13 @@
 // Short vectors for the hot kernels, by GCC/Clang vector extensions, and the functions on them that
 // libraries do not give. Everything is inlined into functions that choose their instruction set
-// (see the end of hypothesis_kernels.cpp).
+// (instruction_sets.hpp).
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+
+#include "field_core/kernels.hpp"
 
 #define GP_LOCALIZE_INLINE inline __attribute__((always_inline))
 
@@ -33,11 +35,21 @@ struct FloatTraits<double> {
 /// wider than the registers would be taken apart, number by number).
 template <class T, int Bytes>
 struct VectorMath {
+  using Number = T;
   using Traits = FloatTraits<T>;
   using Int = typename Traits::Int;
   typedef T Vector __attribute__((vector_size(Bytes)));
   typedef Int Bits __attribute__((vector_size(Bytes)));
   static constexpr int kLanes = Bytes / sizeof(T);
+
+  struct InverseFactorials {
+    T of[Traits::kExpTerms + 1]{};
+    constexpr InverseFactorials() {
+      double factorial = 1.0;
+      for (int k = 0; k <= Traits::kExpTerms; factorial *= ++k) of[k] = T(1.0 / factorial);
+    }
+  };
+  static constexpr InverseFactorials kInverseFactorial{};
 
   static GP_LOCALIZE_INLINE Vector broadcast(T value) { return value - Vector{}; }
   static GP_LOCALIZE_INLINE Vector load(const T* from) {
@@ -61,9 +73,9 @@ struct VectorMath {
         x * T(1.4426950408889634) + Traits::kRound;  // n in the low mantissa bits
     const Vector n = rounded - Traits::kRound;
     const Vector r = (x - n * Traits::kLn2High) - n * Traits::kLn2Low;
-    Vector series = broadcast(1);
+    Vector series = broadcast(kInverseFactorial.of[Traits::kExpTerms]);
 #pragma GCC unroll 16
-    for (int k = Traits::kExpTerms; k > 0; --k) series = series * r * (T(1) / T(k)) + T(1);
+    for (int k = Traits::kExpTerms; k > 0; --k) series = series * r + kInverseFactorial.of[k - 1];
     const Bits exponent = ((Bits)rounded + Int(Traits::kBias)) << Traits::kMantissa;
     return series * (Vector)exponent;
   }
@@ -93,5 +105,19 @@ struct VectorMath {
     return root;
   }
 };
+
+/// field_core::correlation() on vectors of squared distances in length scales.
+template <class M>
+GP_LOCALIZE_INLINE typename M::Vector correlation(field_core::KernelType type,
+                                                  typename M::Vector r2) {
+  using field_core::KernelType;
+  using T = typename M::Number;
+  using Vector = typename M::Vector;
+  if (type == KernelType::squared_exponential) return M::exp_of_negative(r2 * T(-0.5));
+  const bool smooth = type == KernelType::matern52;
+  const Vector r = M::square_root(r2 * (smooth ? T(5) : T(3)));
+  const Vector decay = M::exp_of_negative(-r);
+  return smooth ? (T(1) + r + r * r * T(1.0 / 3.0)) * decay : (T(1) + r) * decay;
+}
 
 }  // namespace gp_localize

@@ -30,6 +30,7 @@ GpLocalizeParams params(Model model) {
   f.noise_stddev = 0.25;
   f.length_scales = {1.5, 2.5};
   p.fields = {{"a", f}};
+  p.map_hypotheses = MapHypotheses::sample_paths;
   p.sample_paths = kPaths;
   p.slice_size = kSlice;
   p.subset_size = kSubset;

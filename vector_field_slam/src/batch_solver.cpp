@@ -49,6 +49,15 @@ void BatchSolver<M>::set_pose(const SE2& pose, const Eigen::Matrix3d& covariance
 }
 
 template <int M>
+void BatchSolver<M>::start_channel(int channel, double value) {
+  online_.start_channel(channel, value);
+  finish();
+  if (!logging_) return;
+  for (auto& node : log_.problem().nodes) node[channel] = value;
+  for (auto& prior : log_.problem().priors) prior.mean[channel] = value;
+}
+
+template <int M>
 field_core::UpdateResult BatchSolver<M>::observe(const Mounting<double>& mounting,
                                                  const Observation<double>* observations,
                                                  int count) {

@@ -204,6 +204,11 @@ void EkfSolver<M>::set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& 
 }
 
 template <int M>
+void EkfSolver<M>::start_channel(int channel, double value) {
+  for (int i = 0; i < node_count(); ++i) mean_[first(i) + channel] = value;
+}
+
+template <int M>
 Eigen::MatrixXd EkfSolver<M>::node_covariance(const std::vector<int>& nodes) const {
   const auto count = static_cast<Eigen::Index>(nodes.size());
   Eigen::MatrixXd result(M * count, M * count);

@@ -99,6 +99,13 @@ void EseifSolver<M>::set_mean(const RobotVector& robot,
 }
 
 template <int M>
+void EseifSolver<M>::start_channel(int channel, double value) {
+  // Residuals are relative to the mean, and nothing was measured of this channel: they stay.
+  auto& map = filter_.state().map;
+  for (int i = 0; i < map.size(); ++i) map.node(i).mean[channel] = value;
+}
+
+template <int M>
 RobotVector EseifSolver<M>::robot() const {
   return Eigen::Map<const RobotVector>(filter_.state().robot);
 }

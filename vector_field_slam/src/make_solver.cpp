@@ -5,6 +5,7 @@
 #include "vector_field_slam/batch_solver.hpp"
 #include "vector_field_slam/ekf_solver.hpp"
 #include "vector_field_slam/eseif_solver.hpp"
+#include "vector_field_slam/localize_solver.hpp"
 #include "vector_field_slam/vector_field_slam.hpp"
 
 namespace vector_field_slam {
@@ -44,10 +45,8 @@ BackgroundOptions background_options(const VectorFieldSlamParams& p) {
 
 template <int M>
 std::unique_ptr<Solver> make(const VectorFieldSlamParams& params,
-                             const std::vector<ChannelModel>& channels) {
+                             const std::vector<ChannelModel>& channels, double gate) {
   const Model<M> model(params, channels);
-  const double gate =
-      params.gate_probability < 1.0 ? chi_square_quantile(params.gate_probability) : 0.0;
   switch (params.solver) {
     case SolverType::ekf:
       return std::make_unique<EkfSolver<M>>(model, gate, params.max_nodes);
@@ -63,30 +62,41 @@ std::unique_ptr<Solver> make(const VectorFieldSlamParams& params,
                                           background_options(params));
 }
 
+std::unique_ptr<Solver> make_for_channels(const VectorFieldSlamParams& params,
+                                          const std::vector<ChannelModel>& channels, double gate) {
+  switch (channels.size()) {
+    case 1:
+      return make<1>(params, channels, gate);
+    case 2:
+      return make<2>(params, channels, gate);
+    case 3:
+      return make<3>(params, channels, gate);
+    case 4:
+      return make<4>(params, channels, gate);
+    case 5:
+      return make<5>(params, channels, gate);
+    case 6:
+      return make<6>(params, channels, gate);
+    case 7:
+      return make<7>(params, channels, gate);
+    case 8:
+      return make<8>(params, channels, gate);
+    default:
+      throw field_core::ParameterError("channels", "between 1 and 8 are allowed");
+  }
+}
+
 }  // namespace
 
 std::unique_ptr<Solver> make_solver(const VectorFieldSlamParams& params,
                                     const std::vector<ChannelModel>& channels) {
-  switch (channels.size()) {
-    case 1:
-      return make<1>(params, channels);
-    case 2:
-      return make<2>(params, channels);
-    case 3:
-      return make<3>(params, channels);
-    case 4:
-      return make<4>(params, channels);
-    case 5:
-      return make<5>(params, channels);
-    case 6:
-      return make<6>(params, channels);
-    case 7:
-      return make<7>(params, channels);
-    case 8:
-      return make<8>(params, channels);
-    default:
-      throw field_core::ParameterError("channels", "between 1 and 8 are allowed");
-  }
+  const double gate =
+      params.gate_probability < 1.0 ? chi_square_quantile(params.gate_probability) : 0.0;
+  auto solver = make_for_channels(params, channels, gate);
+  if (!params.localize_only) return solver;
+  const auto grid =
+      GridGeometry<double>::around(params.initial_pose_x, params.initial_pose_y, params.cell_size);
+  return std::make_unique<LocalizeSolver>(std::move(solver), channels, grid, gate);
 }
 
 }  // namespace vector_field_slam

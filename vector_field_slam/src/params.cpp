@@ -16,6 +16,10 @@ void VectorFieldSlamParams::validate() const {
                                          " channels; at most " + std::to_string(kMostChannels) +
                                          " are allowed");
   }
+  if (relocation == Relocation::window && recovery_rings == 0) {
+    throw ParameterError("recovery_rings",
+                         "is 0, but relocation: window needs 1 or 2; or use shared_nodes, blank");
+  }
   const auto models = make_channels(*this);
   auto model = models.begin();
   for (const auto& [name, p] : channels) {

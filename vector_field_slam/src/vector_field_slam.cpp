@@ -10,33 +10,71 @@ namespace vector_field_slam {
 using field_core::SE2;
 using field_core::UpdateResult;
 
-VectorFieldSlam::VectorFieldSlam(const Params& params, std::uint64_t)
+VectorFieldSlam::VectorFieldSlam(const Params& params, std::uint64_t seed)
     : params_(params),
       channels_(make_channels(params)),
       infos_(field_infos(params)),
       grid_(GridGeometry<double>::around(params.initial_pose_x, params.initial_pose_y,
                                          params.cell_size)),
       motion_model_(params.odometry_noise),
+      seed_(seed),
+      random_(seed),
       start_(params, channels_, grid_),
-      solver_(make_solver(params, channels_)) {
+      solver_(make_solver(params, channels_)),
+      relocalization_(channels_, grid_, motion_model_, params.relocalization_particles),
+      seen_(channels_.size(), false) {
   observations_.reserve(channels_.size());
 }
 
+std::vector<std::string> VectorFieldSlam::run_parameters() {
+  return {"start_measurements", "gate_probability", "calibration_noise",
+          "localize_only",      "patience",         "relocalization_particles",
+          "max_nodes",          "odom_alpha1",      "odom_alpha2",
+          "max_speed",          "max_turn_rate",    "odom_alpha3",
+          "odom_alpha4",        "initial_pose_a",   "initial_cov_xx",
+          "initial_cov_yy",     "initial_cov_aa",   "update_min_d",
+          "update_min_a"};
+}
+
 void VectorFieldSlam::reset() {
+  random_ = field_core::Random(seed_);
   start_ = Start(params_, channels_, grid_);
   solver_ = make_solver(params_, channels_);
+  relocalization_.stop();
   started_ = updated_ = false;
+  seen_.assign(channels_.size(), false);
+  rejected_ = 0;
   stamp_ = field_core::Stamp(0);
   moved_distance_ = moved_angle_ = 0.0;
 }
 
+OdometryStep<double> VectorFieldSlam::step_of(const field_core::OdometryIncrement& increment,
+                                              const SE2& pose) const {
+  // Stamps are often coarse: a step counts as 50 ms at least.
+  const double seconds = std::max(field_core::to_seconds(increment.to - increment.from), 0.05);
+  const double reach = params_.max_speed * seconds, turn = params_.max_turn_rate * seconds;
+  const SE2& d = increment.delta;
+  if (std::hypot(d.x(), d.y()) <= reach && std::abs(d.yaw()) <= turn) {
+    return odometry_step(motion_model_, pose, d);
+  }
+  // Even over a disc of that radius, and over that angle, as far as a Gaussian can say it.
+  const double yaw = std::min(turn, M_PI) / 1.7;
+  return {
+      0.0,
+      0.0,
+      0.0,
+      {{reach * reach / 4.0, 0.0, 0.0}, {0.0, reach * reach / 4.0, 0.0}, {0.0, 0.0, yaw * yaw}}};
+}
+
 void VectorFieldSlam::predict(const field_core::OdometryIncrement& increment) {
   const double distance = std::hypot(increment.delta.x(), increment.delta.y());
-  const auto step = odometry_step(motion_model_, belief().mean, increment.delta);
   if (started_) {
-    solver_->move(step, params_.calibration_noise * params_.calibration_noise * distance);
+    const RobotVector r = solver_->robot();
+    solver_->move(step_of(increment, SE2(r[0], r[1], r[2])),
+                  params_.calibration_noise * params_.calibration_noise * distance);
+    if (relocalization_.active()) relocalization_.move(increment.delta, random_);
   } else {
-    start_.move(step);
+    start_.move(step_of(increment, start_.pose()));
   }
   moved_distance_ += distance;
   moved_angle_ += std::abs(increment.delta.yaw());
@@ -67,18 +105,53 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
   const SE2& m = sample.sensor_in_base;
   const Mounting<double> mounting{m.x(), m.y(), m.yaw()};
   UpdateResult result;
-  if (started_) {
+  if (!started_) {
+    result = params_.localize_only ? UpdateResult::skipped("no map loaded") : start_with(mounting);
+  } else if (relocalization_.active()) {
+    result = search(mounting);
+  } else {
+    start_late_channels(mounting);
     solver_->wait_for_background(wait_);
     solver_->stamp(sample.stamp);
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
-  } else {
-    result = start_with(mounting);
+    rejected_ = result.applied ? 0 : rejected_ + 1;
+    if (rejected_ >= params_.patience) scatter();
   }
   updated_ = true;
   moved_distance_ = moved_angle_ = 0.0;
   stamp_ = sample.stamp;
   return result;
+}
+
+UpdateResult VectorFieldSlam::search(const Mounting<double>& mounting) {
+  const auto found = relocalization_.observe(*solver_, mounting, observations_.data(),
+                                             static_cast<int>(observations_.size()), random_);
+  if (found) {
+    set_pose(found->mean, found->covariance);
+  }
+  return UpdateResult::skipped("searching the map");
+}
+
+/// A channel that first speaks up late: the whole map takes the value that its first reading has
+/// here, with the spread of ignorance.
+void VectorFieldSlam::start_late_channels(const Mounting<double>& mounting) {
+  const RobotVector robot = solver_->robot();
+  const SensorPose<double> sensor(robot.data(), mounting);
+  for (const auto& z : observations_) {
+    if (seen_[z.channel]) continue;
+    const Channel role = channels_[z.channel].role;
+    const auto partner = std::find_if(observations_.begin(), observations_.end(),
+                                      [&](const auto& o) { return o.channel == role.partner; });
+    if (role.partner >= 0 && partner == observations_.end()) continue;
+    SensorModel<double, 1> one;
+    one.channels[0] = role;
+    const double value = one.field_value(0, sensor, robot.data() + kPose, sensor.x - grid_.origin_x,
+                                         sensor.y - grid_.origin_y, z.value,
+                                         role.partner >= 0 ? partner->value : 0.0);
+    solver_->start_channel(z.channel, value);
+    seen_[z.channel] = true;
+  }
 }
 
 UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
@@ -89,6 +162,7 @@ UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
       return UpdateResult::skipped("the sensor's place is off the grid");
     }
     solver_->start(start_.state(cell));
+    seen_ = start_.seen();
     started_ = true;
   }
   return UpdateResult::skipped("first measurements");
@@ -96,6 +170,7 @@ UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
 
 field_core::Belief VectorFieldSlam::belief() const {
   if (!started_) return {stamp_, start_.pose(), start_.covariance(), {}};
+  if (relocalization_.active()) return relocalization_.belief(stamp_);
   const RobotVector robot = solver_->robot();
   return {stamp_,
           SE2(robot[0], robot[1], robot[2]),
@@ -104,6 +179,8 @@ field_core::Belief VectorFieldSlam::belief() const {
 }
 
 void VectorFieldSlam::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
+  relocalization_.stop();
+  rejected_ = 0;
   const Eigen::Matrix3d floored =
       covariance + field_core::kMinimumPoseVariance * Eigen::Matrix3d::Identity();
   if (started_) {
@@ -113,7 +190,15 @@ void VectorFieldSlam::set_pose(const SE2& mean, const Eigen::Matrix3d& covarianc
   }
 }
 
-void VectorFieldSlam::scatter() {}
+void VectorFieldSlam::scatter() {
+  rejected_ = 0;
+  if (started_) relocalization_.scatter(*solver_, random_);
+}
+
+field_core::Health VectorFieldSlam::health() const {
+  if (relocalization_.active()) return {true, "searching the map"};
+  return {};
+}
 
 field_core::MapRegion VectorFieldSlam::map_region() const {
   GridIndex low, high{1, 1};  // the first cell
@@ -133,7 +218,13 @@ field_core::State VectorFieldSlam::state() const {
   state.set("updated", updated_ ? 1.0 : 0.0);
   state.set("moved", Eigen::Vector2d(moved_distance_, moved_angle_));
   state.set("grid", Eigen::Vector3d(grid_.cell_size, grid_.origin_x, grid_.origin_y));
+  state.set_text("random", random_.state());
+  state.set("rejected", rejected_);
+  Eigen::VectorXd seen(seen_.size());
+  for (std::size_t i = 0; i < seen_.size(); ++i) seen[i] = seen_[i] ? 1.0 : 0.0;
+  state.set("seen", seen);
   start_.save(state);
+  relocalization_.save(state);
   if (started_) solver_->save(state);
   return state;
 }
@@ -152,14 +243,23 @@ void VectorFieldSlam::restore(const field_core::State& state) {
   }
   const bool started = state.scalar("started") != 0.0, updated = state.scalar("updated") != 0.0;
   const auto stamp = field_core::Stamp(std::stoll(state.text("stamp_ns")));
+  const Eigen::MatrixXd& seen =
+      state.matrix("seen", static_cast<Eigen::Index>(channels_.size()), 1);
+  const int rejected = static_cast<int>(state.scalar("rejected"));
+  field_core::Random random(seed_);
+  random.restore(state.text("random"));
   Start start = start_;
   start.restore(state);
-  if (started) {
-    auto solver = make_solver(params_, channels_);
-    solver->restore(state);
-    solver_ = std::move(solver);
-  }
+  Relocalization relocalization = relocalization_;
+  relocalization.restore(state);
+  auto solver = make_solver(params_, channels_);
+  if (started) solver->restore(state);  // the last that can fail
+  solver_ = std::move(solver);
   start_ = start;
+  relocalization_ = relocalization;
+  random_ = random;
+  for (std::size_t i = 0; i < seen_.size(); ++i) seen_[i] = seen(static_cast<Eigen::Index>(i)) != 0;
+  rejected_ = rejected;
   started_ = started;
   updated_ = updated;
   stamp_ = stamp;

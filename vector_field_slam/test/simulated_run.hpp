@@ -21,7 +21,7 @@ struct Step {
   Eigen::Vector4d z;
 };
 
-struct Setup {
+struct Room {
   double multipath = 0.3;  ///< weight of a reflection at the wall itself
   double multipath_length = 1.0;
   double half_x = 3.0, half_y = 2.5, height = 2.5;
@@ -35,7 +35,7 @@ struct Setup {
 };
 
 /// Directions to the two spots, bent by mirror images at the walls.
-inline Eigen::Vector4d field(const Setup& s, const Eigen::Vector2d& p) {
+inline Eigen::Vector4d field(const Room& s, const Eigen::Vector2d& p) {
   const Eigen::Vector2d spots[2] = {{-0.5, 0.25}, {0.5, -0.25}};
   const double walls[4] = {-s.half_x, -s.half_y, s.half_x, s.half_y};
   Eigen::Vector4d m;
@@ -56,7 +56,7 @@ inline Eigen::Vector4d field(const Setup& s, const Eigen::Vector2d& p) {
   return m;
 }
 
-inline std::vector<Step> simulate(const Setup& s, std::uint64_t seed) {
+inline std::vector<Step> simulate(const Room& s, std::uint64_t seed) {
   field_core::Random random(seed);
   std::vector<Step> run;
   SE2 pose;
@@ -95,7 +95,7 @@ inline std::vector<Step> simulate(const Setup& s, std::uint64_t seed) {
 }
 
 /// Pose straight from the readings, as if there were no reflections (the paper's "Northstar").
-inline SE2 triangulate(const Setup& s, const Eigen::Vector4d& z) {
+inline SE2 triangulate(const Room& s, const Eigen::Vector4d& z) {
   const Eigen::Vector2d spots[2] = {{-0.5, 0.25}, {0.5, -0.25}};
   const Eigen::Vector2d seen = z.head<2>() - z.tail<2>(), is = (spots[0] - spots[1]) / s.height;
   const double yaw = std::atan2(is.y(), is.x()) - std::atan2(seen.y(), seen.x());
@@ -136,7 +136,7 @@ inline Aligned align(const std::vector<SE2>& truth, const std::vector<SE2>& esti
 }
 
 /// Odometry noise of the estimator that matches the simulated one over a period.
-inline vector_field_slam::VectorFieldSlamParams params(const Setup& s) {
+inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
   vector_field_slam::VectorFieldSlamParams p;
   p.sensor_model = vector_field_slam::SensorModelType::beacon_pairs;
   for (const char* name : {"a_x", "a_y", "b_x", "b_y"}) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <memory>
+#include <vector>
 
 namespace field_core {
 
@@ -21,10 +22,22 @@ class SparseCholesky {
   /// and
   ///         what usually causes it; the object then holds no factor
   void factorize(const Eigen::SparseMatrix<double>& lower);
+  /// The same with the variables of `block` eliminated last, for block_covariance().
+  void factorize(const Eigen::SparseMatrix<double>& lower, const std::vector<int>& block);
 
   /// @throws NumericalError if nothing is factorized or the sizes differ
   Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs) const;
   double log_determinant() const;
+  /// Diagonal of the inverse by selected inversion; the inverse itself is never formed. Time and
+  /// memory of a few factorizations. @throws NumericalError if nothing is factorized
+  Eigen::VectorXd inverse_diagonal() const;
+  /// The inverse at the positions of the factor's entries (a superset of the matrix' own pattern),
+  /// as a lower triangle in the original order; as inverse_diagonal().
+  Eigen::SparseMatrix<double> selected_inverse() const;
+  /// Covariance of the variables that factorize() was asked to keep for last, in the order of
+  /// `block`: their rows and columns of the whole inverse, from the dense corner of the factor
+  /// alone. O(block^3). @throws NumericalError if there is no such block
+  Eigen::MatrixXd block_covariance() const;
   Eigen::Index size() const;
   std::size_t analyses() const;  ///< how often the pattern was analysed
 

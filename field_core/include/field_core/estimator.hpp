@@ -8,14 +8,21 @@
 //   void predict(const OdometryIncrement&)          motion since the last predict
 //   UpdateResult update(const Sample&)              one measurement, taken where predict() left off
 //   Belief belief() const
-//   FieldPrediction predict_field(points) const     mean and variance of each field at points (2 x
-//   n) const std::vector<FieldInfo>& fields() const    Reading::field indexes it MapRegion
-//   map_region() const                    the area worth drawing void set_pose(const SE2&, const
-//   Matrix3d& cov)  /initialpose; the map is kept void scatter() global_localization: the pose is
-//   unknown void reset()                                    back to the state after construction
-//   State state() const; void restore(const State&) complete: what follows is bit for bit the same;
-//                                                   restore @throws DataError and changes nothing
-//                                                   then
+//   FieldPrediction predict_field(points) const     mean and variance of each field at 2 x n points
+//   const std::vector<FieldInfo>& fields() const    Reading::field indexes it
+//   MapRegion map_region() const                    the area worth drawing
+//   void set_pose(const SE2&, const Matrix3d& cov)  /initialpose; the map is kept
+//   void scatter()                                  global_localization: the pose is unknown
+//   void reset()                                    back to the state after construction
+//   State state() const
+//   void restore(const State&)                      complete: what follows is bit for bit the same;
+//                                                   @throws DataError and changes nothing then
+//
+// and, if it has something to tell:
+//
+//   Health health() const                           whether it knows where the robot is
+//   static std::vector<std::string> run_parameters()  keys of Params (or groups) that a state does
+//                                                   not depend on: it may be restored under others
 //
 // The same calls with the same seed give the same bits, whatever the machine's speed or load.
 // predict and update allocate nothing after warm-up, and their cost does not depend on how many
@@ -70,6 +77,12 @@ struct UpdateResult {
   static UpdateResult skipped(const char* why) { return {false, why, 0.0, 0}; }
 };
 
+/// An estimator's own verdict. `reason` is one of a few static texts, "" while it is not lost.
+struct Health {
+  bool lost = false;
+  const char* reason = "";
+};
+
 struct FieldInfo {
   std::string name;
   std::string unit;
@@ -110,7 +123,37 @@ struct IsEstimator<
                          decltype(std::declval<const E&>().fields())> &&
           std::is_same_v<MapRegion, decltype(std::declval<const E&>().map_region())> &&
           std::is_same_v<State, decltype(std::declval<const E&>().state())>> {};
+
+template <class E, class = void>
+struct HasHealth : std::false_type {};
+template <class E>
+struct HasHealth<E, std::void_t<decltype(std::declval<const E&>().health())>> : std::true_type {};
+
+template <class E, class = void>
+struct HasRunParameters : std::false_type {};
+template <class E>
+struct HasRunParameters<E, std::void_t<decltype(E::run_parameters())>> : std::true_type {};
 }  // namespace detail
+
+/// The verdict of an estimator that offers one; not lost otherwise.
+template <class E>
+Health health_of(const E& estimator) {
+  if constexpr (detail::HasHealth<E>::value) {
+    return estimator.health();
+  } else {
+    return {};
+  }
+}
+
+/// The keys an estimator names; none otherwise.
+template <class E>
+std::vector<std::string> run_parameters_of() {
+  if constexpr (detail::HasRunParameters<E>::value) {
+    return E::run_parameters();
+  } else {
+    return {};
+  }
+}
 
 /// True for a class that meets the requirements above: static_assert it beside each estimator.
 template <class E>

@@ -36,5 +36,7 @@ class Kernel {
 
 /// The correlation as a function of r^2 alone: 1 at 0.
 double correlation(KernelType type, double squared_distance);
+/// Its derivative with respect to r^2, never positive; for gradients by the length scales.
+double correlation_slope(KernelType type, double squared_distance);
 
 }  // namespace field_core

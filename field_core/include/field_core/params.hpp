@@ -26,9 +26,10 @@
 //   numbers(key, std::vector<double>&, Size, Range, unit, doc)   a list
 //   points(key, std::vector<Eigen::Vector2d>&, unit, doc)        a list of [x, y]
 //   choice(key, E&, Choices<E>, doc)                             an enum by name
-//   group(key, Struct&, doc)                                     a nested struct with its own
-//   visit() dictionary(key, std::map<std::string, Struct>&, doc)         nested structs under the
-//   user's names texts(key, std::vector<std::string>&, doc)
+//   group(key, Struct&, doc)                                     a struct with its own visit()
+//   dictionary(key, std::map<std::string, Struct>&, doc)         structs under the user's names
+//   list(key, std::vector<Struct>&, doc)                         structs one after the other
+//   texts(key, std::vector<std::string>&, doc)                   a list of names
 // Every key may be left out unless `required` says so: v.required("key") before the member call.
 #pragma once
 

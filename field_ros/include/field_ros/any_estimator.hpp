@@ -12,6 +12,7 @@
 #include "field_ros/node_params.hpp"
 #include "field_ros/param_doc.hpp"
 #include "field_ros/param_loader.hpp"
+#include "field_ros/param_values.hpp"
 
 namespace field_ros {
 
@@ -23,6 +24,8 @@ class AnyEstimator {
   virtual void predict(const field_core::OdometryIncrement& increment) = 0;
   virtual field_core::UpdateResult update(const field_core::Sample& sample) = 0;
   virtual field_core::Belief belief() const = 0;
+  /// nullopt: the estimator has no verdict of its own.
+  virtual std::optional<field_core::Health> health() const = 0;
   virtual field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const = 0;
   virtual const std::vector<field_core::FieldInfo>& fields() const = 0;
   virtual field_core::MapRegion map_region() const = 0;
@@ -46,6 +49,10 @@ class EstimatorHolder final : public AnyEstimator {
     return estimator_.update(s);
   }
   field_core::Belief belief() const override { return estimator_.belief(); }
+  std::optional<field_core::Health> health() const override {
+    if constexpr (field_core::detail::HasHealth<E>::value) return estimator_.health();
+    return std::nullopt;
+  }
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const override {
     return estimator_.predict_field(points);
   }
@@ -68,6 +75,10 @@ struct Configured {
   NodeParams node;
   std::unique_ptr<AnyEstimator> estimator;
   std::string configuration;  ///< YAML it was made from
+  /// The estimator's parameters by path, as a configuration gives them. @throws DataError
+  std::function<ParamValues(const ParamTree&)> values;
+  /// Those that may differ from a state's.
+  std::vector<std::string> run_parameters;
 };
 
 /// Refuses what can only be told from estimator and node together: names of fields that are no
@@ -91,6 +102,13 @@ EstimatorEntry estimator_entry() {
     typename E::Params params;
     load_params(tree, configured.node, params);
     configured.configuration = tree.yaml();
+    configured.run_parameters = field_core::run_parameters_of<E>();
+    configured.values = [](const ParamTree& other) {
+      NodeParams node;
+      typename E::Params loaded;
+      load_params(other, node, loaded);
+      return param_values(loaded);
+    };
     try {
       configured.estimator = std::make_unique<EstimatorHolder<E>>(
           params, seed.value_or(static_cast<std::uint64_t>(configured.node.seed)));

@@ -29,6 +29,7 @@ enum class DropReason {
   older_than_processed,
   older_than_buffer,
   queue_full,
+  shed,
   paused,
   numerical_error
 };

@@ -28,6 +28,12 @@ constexpr double kUnknownShare = 0.9;
 
 field_msgs::FieldMap to_field_map(const PredictedGrid& map, std::size_t field);
 
+/// Smallest and largest mean (or standard deviation) of the cells that are known; 0, 0 if none is.
+struct ValueRange {
+  double low = 0.0, high = 0.0;
+};
+ValueRange known_range(const PredictedGrid& map, std::size_t field, bool stddev);
+
 /// The mean (or standard deviation) scaled so that the smallest value of a known cell is 0 and the
 /// largest 100 (all 0 if they are equal); -1 where the field is not known yet.
 nav_msgs::OccupancyGrid to_occupancy_grid(const PredictedGrid& map, std::size_t field, bool stddev);

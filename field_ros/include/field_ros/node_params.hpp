@@ -6,6 +6,7 @@
 
 #include "field_core/errors.hpp"
 #include "field_core/params.hpp"
+#include "field_ros/runtime_params.hpp"
 
 namespace field_ros {
 
@@ -47,18 +48,18 @@ struct SensorParams {
   }
 };
 
-struct NodeParams {
+struct NodeParams : RuntimeParams {
   std::string global_frame_id = "map";
   std::string odom_frame_id = "odom";
   std::string base_frame_id = "base_link";
-  bool tf_broadcast = true;
-  double transform_tolerance = 0.1;
   std::string state_directory = "~/.ros/field_states";
+  std::string load_state;
+  std::string save_name = "last";
+  bool resume = false;
+  bool start_anywhere = false;
   int seed = 1;
   double map_resolution = 0.25;
-  double map_publish_period = 2.0;
-  int path_length = 10000;
-  int odom_queue_size = 100;
+  int odom_queue_size = 1000;
   int field_queue_size = 100;
   int odom_buffer_length = 2000;
   int pending_measurements = 1000;
@@ -67,6 +68,8 @@ struct NodeParams {
   double time_jump_threshold = 1.0;
   double odom_gap_threshold = 10.0;
   bool use_sensor_frames = true;
+  double sensor_transform_timeout = 10.0;
+  int lost_window = 20;
   std::map<std::string, SensorParams> sensors;
 
   template <class Visitor>
@@ -76,17 +79,19 @@ struct NodeParams {
     v.text("global_frame_id", global_frame_id, "frame of the map and of the published pose");
     v.text("odom_frame_id", odom_frame_id, "frame of the odometry: header.frame_id of odom");
     v.text("base_frame_id", base_frame_id, "frame of the robot: child_frame_id of odom");
-    v.flag("tf_broadcast", tf_broadcast, "publish the transform map -> odom");
-    v.number("transform_tolerance", transform_tolerance, non_negative(), "s",
-             "map -> odom is dated this far into the future");
+    RuntimeParams::visit(v);
     v.text("state_directory", state_directory,
            "where ~save_state and ~load_state keep their files; \"\": both refuse");
+    v.text("load_state", load_state,
+           "name of the state to start with, as given to ~save_state; \"\": none");
+    v.text("save_name", save_name, "name of the automatically saved state");
+    v.flag("resume", resume,
+           "start with the automatically saved state if there is one (after a crash or a reboot)");
+    v.flag("start_anywhere", start_anywhere,
+           "start as global_localization does: the map is known, the pose is not");
     v.number("seed", seed, non_negative(), "1", "seed of the estimator's random numbers");
     v.number("map_resolution", map_resolution, positive(), "m",
              "cell size of published field maps");
-    v.number("map_publish_period", map_publish_period, non_negative(), "s",
-             "time between published field maps; 0: never");
-    v.number("path_length", path_length, {1, 1000000}, "1", "latest poses kept in ~path");
     v.number("odom_queue_size", odom_queue_size, {1, 100000}, "1", "subscriber queue of odom");
     v.number("field_queue_size", field_queue_size, {1, 100000}, "1",
              "subscriber queue of field and of each sensor");
@@ -104,6 +109,10 @@ struct NodeParams {
              "an odometry message this far ahead is believed once the next one confirms it");
     v.flag("use_sensor_frames", use_sensor_frames,
            "place sensors by tf from header.frame_id to base_frame_id; false: all at the base");
+    v.number("sensor_transform_timeout", sensor_transform_timeout, non_negative(), "s",
+             "measurements wait this long for the transform of a sensor that tf does not know yet");
+    v.number("lost_window", lost_window, {1, 10000}, "1",
+             "latest measurements that the verdict 'lost' is made from");
     v.dictionary("sensors", sensors, "standard sensors as fields, by any name");
   }
   void validate() const {
@@ -116,6 +125,11 @@ struct NodeParams {
     frame("global_frame_id", global_frame_id);
     frame("odom_frame_id", odom_frame_id);
     frame("base_frame_id", base_frame_id);
+    if (!load_state.empty() && load_state == save_name) {
+      throw field_core::ParameterError("save_name",
+                                       "is the same as load_state, which the automatic saving "
+                                       "would replace; choose another, or use resume: true");
+    }
     if (global_frame_id == odom_frame_id) {
       throw field_core::ParameterError(
           "odom_frame_id", "is the same as global_frame_id; map -> odom needs two frames");

@@ -11,14 +11,14 @@
 
 namespace field_ros {
 
-/// One key; groups and dictionaries come before what they hold, which is one level deeper.
+/// One key; groups, dictionaries and lists come before what they hold, which is one level deeper.
 struct ParamDoc {
-  enum class Kind { value, group, dictionary };
+  enum class Kind { value, group, dictionary, list };
   Kind kind = Kind::value;
   int depth = 0;
   bool required = false;
   std::string key;
-  std::string path;           ///< "support/size"; a dictionary's entries are "fields/NAME/..."
+  std::string path;           ///< "support/size"; "fields/NAME/...", "hyperparameters/NUMBER/..."
   std::string type;           ///< "number", "whole number", "text", ...
   std::string default_value;  ///< as YAML
   std::string unit;
@@ -91,6 +91,13 @@ class Documenter {
   void dictionary(const char* key, std::map<std::string, Struct>&, const char* doc) {
     add(key, "by name", "{}", "", "", doc).kind = ParamDoc::Kind::dictionary;
     Documenter nested(docs_, depth_ + 1, prefix_ + key + "/NAME/");
+    Struct defaults;
+    defaults.visit(nested);
+  }
+  template <class Struct>
+  void list(const char* key, std::vector<Struct>&, const char* doc) {
+    add(key, "list of groups", "[]", "", "", doc).kind = ParamDoc::Kind::list;
+    Documenter nested(docs_, depth_ + 1, prefix_ + key + "/NUMBER/");
     Struct defaults;
     defaults.visit(nested);
   }

@@ -90,6 +90,16 @@ class KeyChecker {
     }
   }
 
+  template <class Struct>
+  void list(const char* key, std::vector<Struct>&, const char*) {
+    known_.insert(key);
+    const ParamNode* node = node_.find(key);
+    if (!node) return;
+    for (std::size_t i = 0; i < node->items.size(); ++i) {
+      check<Struct>(node->items[i], prefix_ + key + "/" + std::to_string(i + 1) + "/");
+    }
+  }
+
   /// @throws DataError naming the first unknown key
   void finish() const;
 
@@ -150,6 +160,19 @@ class Loader {
     }
   }
 
+  template <class Struct>
+  void list(const char* key, std::vector<Struct>& value, const char*) {
+    const ParamNode* node = take_list(key);
+    if (!node) return;
+    std::vector<Struct> loaded(node->items.size());
+    for (std::size_t i = 0; i < loaded.size(); ++i) {
+      const std::string name = prefix_ + key + "/" + std::to_string(i + 1);
+      require_map(name, node->items[i]);
+      load(loaded[i], node->items[i], name + "/");
+    }
+    value = std::move(loaded);
+  }
+
   /// Loads a struct with all that is nested in it, then asks its validate().
   template <class Struct>
   void load(Struct& value, const ParamNode& node, const std::string& prefix) const {
@@ -168,6 +191,7 @@ class Loader {
   /// The node of a key; nullptr if it is not given. @throws DataError if it is required then
   const ParamNode* take(const char* key);
   const ParamNode* take_map(const char* key, bool needs_entries = false);
+  const ParamNode* take_list(const char* key);
   void require_map(const std::string& key, const ParamNode& node) const;
   int choose(const char* key, const std::vector<std::string>& names);
   double finite_number(const std::string& key, const ParamNode& node,

@@ -8,6 +8,7 @@
 #include <deque>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "field_ros/map_messages.hpp"
 #include "field_ros/session.hpp"
@@ -31,6 +32,7 @@ class Publishers {
 
  private:
   bool maps_wanted() const;
+  void advertise_field_map(ros::NodeHandle& handle);
   void publish_path(const field_core::Belief& belief);
 
   const Session& session_;
@@ -39,7 +41,8 @@ class Publishers {
   tf2_ros::TransformBroadcaster broadcaster_;
   std::deque<geometry_msgs::PoseStamped> path_;
   field_core::Stamp transform_stamp_{-1};
-  bool latched_ = false;
+  /// The newest map of each field, for subscribers to come; empty: none is drawn yet.
+  std::vector<field_msgs::FieldMap> latched_;
 };
 
 }  // namespace field_ros

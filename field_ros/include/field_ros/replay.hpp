@@ -10,16 +10,17 @@
 namespace field_ros {
 
 struct ReplayOptions {
-  std::string bag;
+  std::string bag;  ///< empty: nothing is run, only the maps of load_state are written
   std::string config;
   std::string output;  ///< directory; files of an earlier run are replaced
   std::optional<std::uint64_t> seed;
   std::string odom_topic = "/odom";
   std::string field_topic = "/field";
-  std::string predict;     ///< CSV with columns x_m,y_m; empty: no prediction.csv
-  std::string load_state;  ///< state file to start from; empty: none
-  std::string save_state;  ///< state file to write at the end; empty: none
-  bool progress = false;   ///< bar on standard error
+  std::string predict;       ///< CSV with columns x_m,y_m; empty: no prediction.csv
+  std::string load_state;    ///< state file to start from; empty: none
+  std::string save_state;    ///< state file to write at the end; empty: none
+  bool export_maps = false;  ///< also write the maps for map_server and geographic programs
+  bool progress = false;     ///< bar on standard error
 };
 
 /// Reads the bag through a Session and writes the files of DESIGN section 4; all but timing.csv

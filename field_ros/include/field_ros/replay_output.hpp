@@ -13,8 +13,13 @@ class ReplayOutput {
   void add(const SessionStep& step);
   std::uint64_t steps() const { return steps_; }
 
+  /// estimate.tum, estimate.csv and timing.csv of the steps so far.
+  void add_trajectory();
   /// field_<name>.csv of the final belief, on the estimator's map region.
   void add_fields(const Session& session);
+  /// Each field and its standard deviation for map_server and for geographic programs
+  /// (map_files.hpp).
+  void add_map_files(const Session& session);
   /// prediction.csv at the points of a CSV (columns x_m,y_m). @throws DataError
   void add_prediction(const Session& session, const std::string& points_csv);
   /// summary.json: nothing in it depends on the machine.

@@ -7,7 +7,10 @@
 
 namespace field_ros {
 
-/// Writes the file whole or not at all. @throws DataError with the path and the system's reason
+/// Writes the file whole or not at all: to a temporary file beside it that is synced, then renamed.
+/// A process killed at any moment, or a power failure, leaves the old file or the new one; what it
+/// may have left beside it is removed by the next writing. One writer per process and file.
+/// @throws DataError with the path and the system's reason
 void write_state_file(const std::string& path, const field_msgs::EstimatorState& state);
 
 /// @throws DataError: no bag, no /state, or a message of another type or version (md5sum)

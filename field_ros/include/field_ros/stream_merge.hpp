@@ -52,6 +52,13 @@ class StreamMerge {
   /// window
   std::optional<MergedStep> next(bool end_of_input = false);
 
+  /// True if next() would have a step, or something to give up.
+  bool ready() const { return !queue_.empty() && ready(queue_.front()); }
+
+  /// Overload: gives up the oldest ready sample as long as one that is more than `most_lag` newer
+  /// is ready as well. What next() returns is then at most `most_lag` behind what is known.
+  void shed(field_core::Stamp most_lag);
+
   /// The next increment starts here instead of at the last step: at `stamp` if odometry is known
   /// there, else at the newest. False if there is no odometry at all.
   bool move_anchor(field_core::Stamp stamp);
@@ -65,6 +72,7 @@ class StreamMerge {
 
  private:
   std::optional<field_core::SE2> pose_at(field_core::Stamp stamp) const;
+  bool ready(const field_core::Sample& sample) const;
   bool handle_jump(const OdometrySample& odometry);
   void push_odometry(const OdometrySample& odometry);
   void give_up_candidate();

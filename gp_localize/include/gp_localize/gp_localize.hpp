@@ -9,10 +9,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "field_core/estimator.hpp"
 #include "field_core/random.hpp"
+#include "gp_localize/health_monitor.hpp"
+#include "gp_localize/kld_sampling.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/params.hpp"
 
@@ -24,7 +27,7 @@ class GpLocalize {
  public:
   using Params = GpLocalizeParams;
   static constexpr const char* kName = "gp_localize";
-  static constexpr std::uint32_t kStateVersion = 1;
+  static constexpr std::uint32_t kStateVersion = 2;
 
   GpLocalize(const Params& params, std::uint64_t seed);
 
@@ -34,6 +37,8 @@ class GpLocalize {
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
+  /// Lost: innovations contradict the map over a window, or the position is too uncertain.
+  field_core::Health health() const { return health_.health(); }
   /// Mean calibration of the odometry over the particles.
   OdometryCalibration calibration() const;
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const;
@@ -45,13 +50,32 @@ class GpLocalize {
   void reset();
 
   field_core::State state() const;
+  /// In modes localization and lifelong, a state saved while mapping gives its map only: the pose
+  /// is that of the parameters, as after reset(). Every other state is taken over bit for bit.
   void restore(const field_core::State& state);
+  /// How the filter is run, not what the map is; the number of particles restore() checks itself.
+  static std::vector<std::string> run_parameters() {
+    return {"mode",
+            "survey",
+            "particles",
+            "adaptive",
+            "lost",
+            "likelihood_noise_scale",
+            "precision",
+            "resample_threshold",
+            "interpolation_tolerance"};
+  }
 
  private:
   bool moved_enough() const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult normalized_innovation() const;
   void resample_if_needed();
+  void choose_ancestors();
+  void become_children();
+  void draw_start();
+  void scatter(Particle& particle);
+  void restore_map(const field_core::State& state);
   void summarize();
 
   Params params_;
@@ -61,6 +85,8 @@ class GpLocalize {
   std::vector<FieldModel> models_;
   std::vector<field_core::FieldInfo> infos_;
   std::unique_ptr<MapModel> map_;
+  HealthMonitor health_;
+  PoseBins bins_;
   ParticleSet particles_;
   std::vector<field_core::WeightedPose> weighted_poses_;  // of particles_ before resampling
   field_core::Stamp stamp_{0};
@@ -73,6 +99,8 @@ class GpLocalize {
   std::vector<Observation> observations_;
   std::vector<double> log_weights_;
   std::vector<int> ancestors_;
+  std::vector<field_core::SE2> poses_;
+  std::vector<double> cumulative_;
   ParticleSet resampled_;
   Innovation innovation_;
 };

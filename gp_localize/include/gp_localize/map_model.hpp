@@ -69,15 +69,17 @@ class MapModel {
   /// Adds the observations just weighed. `particles` carry their new weights, not resampled yet.
   virtual void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations, field_core::Random& random) = 0;
-  /// Particle i is now a copy of what ancestors[i] was.
+  /// Particle i is now a copy of what ancestors[i] was; not decreasing, and their number is the
+  /// number of particles from now on.
   virtual void resampled(const std::vector<int>& ancestors) = 0;
   /// Mean and variance (noise not included) of field f, minus its prior mean, at points (2 x n).
   virtual void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                        Eigen::VectorXd& mean, Eigen::VectorXd& variance) const = 0;
 
   virtual void save(field_core::State& state) const = 0;
+  /// Particle i becomes what ancestors[i] was when the state was saved.
   /// @throws DataError and changes nothing
-  virtual void restore(const field_core::State& state) = 0;
+  virtual void restore(const field_core::State& state, const std::vector<int>& ancestors) = 0;
 };
 
 /// @throws ParameterError for a combination of parameters that no model offers

@@ -54,7 +54,8 @@ enum class ObservationModelType {
   sod_truncate,
   sod_even
 };
-enum class SupportSelection { explicit_points, grid, farthest_point, mutual_information };
+enum class SupportSelection { explicit_points, grid, farthest_point, mutual_information, survey };
+enum class Mode { mapping, localization, lifelong };
 enum class Precision { single_precision, double_precision };
 
 /// Where the sparse Gaussian process is supported (the set S of the paper).
@@ -72,8 +73,9 @@ struct SupportParams {
              {{"explicit", SupportSelection::explicit_points},
               {"grid", SupportSelection::grid},
               {"farthest_point", SupportSelection::farthest_point},
-              {"mutual_information", SupportSelection::mutual_information}},
-             "how the support points are chosen before the run");
+              {"mutual_information", SupportSelection::mutual_information},
+              {"survey", SupportSelection::survey}},
+             "how the support points are chosen before the run; survey: spread over its places");
     v.number("size", size, {1, 400}, "1", "how many support points; cost grows with its square");
     v.numbers("region", region, {4, 4}, field_core::any_number(), "m",
               "x_min, y_min, x_max, y_max of the area where the robot may be, in the map frame");
@@ -110,18 +112,61 @@ struct CalibrationParams {
   }
 };
 
+/// How many particles are in use (KLD sampling, Fox 2003).
+struct AdaptiveParams {
+  int min_particles = 0;
+  double kld_err = 0.05;
+  double kld_z = 2.33;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("min_particles", min_particles, {0, 100000}, "1",
+             "as few particles as this while the pose is well known; 0: always `particles`");
+    v.number("kld_err", kld_err, {1e-4, 1.0}, "1",
+             "largest distance between the sampled and the true belief, as in amcl");
+    v.number("kld_z", kld_z, {0.0, 5.0}, "1",
+             "normal quantile of the probability that it is kept: 2.33 is 99 %");
+  }
+};
+
+/// When the filter says that it is lost, and what it does then.
+struct HealthParams {
+  double nis = 3.0;
+  int window = 20;
+  double stddev = 5.0;
+  double recovery_share = 0.1;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("nis", nis, field_core::positive(), "1",
+             "lost: innovations squared per degree of freedom average more than this ...");
+    v.number("window", window, {2, 10000}, "1", "... over this many measurements");
+    v.number("stddev", stddev, field_core::positive(), "m",
+             "lost: the position is less certain than this");
+    v.number("recovery_share", recovery_share, {0.0, 0.9}, "1",
+             "while measurements contradict a known map, this share of the particles is drawn anew "
+             "over the region at each resampling; 0: no recovery");
+  }
+};
+
 struct GpLocalizeParams {
   std::map<std::string, FieldParams> fields;
+  Mode mode = Mode::mapping;
+  std::string survey;
   int particles = 400;
-  MapHypotheses map_hypotheses = MapHypotheses::sample_paths;
+  AdaptiveParams adaptive;
+  HealthParams lost;
+  MapHypotheses map_hypotheses = MapHypotheses::particle;
   int sample_paths = 400;
   int slice_size = 10;
   ObservationModelType observation_model = ObservationModelType::online_pitc;
   int subset_size = 40;
   bool redraw_sample_paths = true;
   double likelihood_noise_scale = 2.0;
+  double outlier_share = 0.0;
   double resample_threshold = 0.5;
   Precision precision = Precision::single_precision;
+  double interpolation_tolerance = 1e-2;
   SupportParams support;
   field_core::OdometryNoise odometry_noise;
   CalibrationParams odom_calibration;
@@ -134,11 +179,22 @@ struct GpLocalizeParams {
     using field_core::any_number;
     using field_core::non_negative;
     v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
-    v.number("particles", particles, {1, 100000}, "1", "particles of the filter");
-    v.choice(
-        "map_hypotheses", map_hypotheses,
-        {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
-        "sample_paths: the paper's shared sample paths (eq. 9); particle: one map per particle");
+    v.choice("mode", mode,
+             {{"mapping", Mode::mapping},
+              {"localization", Mode::localization},
+              {"lifelong", Mode::lifelong}},
+             "mapping: learn the map; localization: use a known one (survey, or a loaded state) as "
+             "it is; lifelong: go on learning a known one");
+    v.text("survey", survey,
+           "CSV file with x_m, y_m and one column per field that the map starts from; empty: none");
+    v.number("particles", particles, {1, 100000}, "1", "particles of the filter, or most of them");
+    v.group("adaptive", adaptive, "number of particles");
+    v.group("lost", lost, "when the filter is lost, and what it does then");
+    v.choice("map_hypotheses", map_hypotheses,
+             {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
+             "particle: one map per particle, the more accurate; sample_paths: the paper's shared "
+             "sample "
+             "paths (eq. 9)");
     v.number("sample_paths", sample_paths, {1, 10000}, "1",
              "the paper's C: sample paths of eq. (9)");
     v.number("slice_size", slice_size, {1, 100}, "1", "the paper's tau: measurements per slice");
@@ -160,11 +216,19 @@ struct GpLocalizeParams {
         "likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
         "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
         "the model");
+    v.number(
+        "outlier_share", outlier_share, {0.0, 0.5}, "1",
+        "this share of the measurements may be anything within the field's spread (map_hypotheses: "
+        "particle only)");
     v.number("resample_threshold", resample_threshold, {0.0, 1.0}, "1",
              "resample when the effective sample size falls below this share of the particles");
     v.choice("precision", precision,
              {{"single", Precision::single_precision}, {"double", Precision::double_precision}},
              "arithmetic of the likelihood of particles x paths; the map itself is always double");
+    v.number(
+        "interpolation_tolerance", interpolation_tolerance, {0.0, 0.1}, "1",
+        "particles close together share evaluations of the paths' maps while that errs by less "
+        "than this share of the measurement noise; 0: never");
     v.group("support", support, "support points of the sparse Gaussian process");
     v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
              "rotation noise from rotation, as in amcl");
@@ -188,6 +252,7 @@ struct GpLocalizeParams {
     v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
   }
   void validate() const;
+  bool known_map() const { return mode != Mode::mapping; }
 };
 
 }  // namespace gp_localize

@@ -32,6 +32,8 @@ class SupportBasis {
 
   /// phi at each column of `points` (2 x n): m x n. O(m^2 n); allocates only if the shape changes.
   void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, Features& features) const;
+  /// The same into m x n numbers, row-major.
+  void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, double* features) const;
 
  private:
   field_core::Kernel kernel_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "gp_localize/params.hpp"
 
@@ -15,8 +16,14 @@ namespace gp_localize {
 ///   places
 ///                   of a lattice (Krause, Singh, Guestrin 2008), under `kernel`; O(size n^2), n <=
 ///                   400
-/// @throws ParameterError if `explicit` has no points
+///   survey         greedy k-centre over the places of the survey, from their centre outwards
+/// @throws ParameterError if `explicit` has no points, DataError for a survey that cannot be read
 Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::Kernel& kernel,
-                                double noise_variance);
+                                double noise_variance, const std::string& survey = "");
+
+/// Greedy k-centre (Gonzalez 1985): at most `size` distinct columns of `places`, each the farthest
+/// from those before it, starting with the nearest to `start`. O(size n).
+Eigen::Matrix2Xd spread_over(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& start,
+                             int size);
 
 }  // namespace gp_localize

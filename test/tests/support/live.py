@@ -94,10 +94,11 @@ class Diagnostics:
 class Process:
     """A program under test, or one that feeds it."""
 
-    def __init__(self, *command):
+    def __init__(self, *command, environment=None):
         # Files, not pipes: nobody reads while the program runs, and it must not block.
         self._out, self._err = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")
-        self._process = subprocess.Popen([str(c) for c in command], stdout=self._out, stderr=self._err)
+        self._process = subprocess.Popen([str(c) for c in command], stdout=self._out, stderr=self._err,
+                                         env=environment)
 
     def running(self):
         return self._process.poll() is None
@@ -110,6 +111,11 @@ class Process:
             stream.seek(0)
             texts.append(stream.read())
         return (self._process.returncode, *texts)
+
+    def kill(self):
+        """As a power failure stops it."""
+        self._process.kill()
+        self._process.wait()
 
     def stop(self):
         """As roslaunch stops a node: SIGINT. Returns the exit code."""

@@ -40,6 +40,8 @@ class BatchSolver final : public Solver {
                                    const Observation<double>* observations, int count) override;
   void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) override;
 
+  void start_channel(int channel, double value) override;
+
   RobotVector robot() const override { return online_.robot(); }
   RobotMatrix robot_covariance() const override { return online_.robot_covariance(); }
   int node_count() const override { return online_.node_count(); }

@@ -21,6 +21,8 @@ class EkfSolver final : public Solver {
                                    const Observation<double>* observations, int count) override;
   void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) override;
 
+  void start_channel(int channel, double value) override;
+
   RobotVector robot() const override { return mean_.head<kRobot>(); }
   RobotMatrix robot_covariance() const override {
     return covariance_.topLeftCorner<kRobot, kRobot>();

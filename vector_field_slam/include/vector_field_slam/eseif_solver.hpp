@@ -31,6 +31,8 @@ class EseifSolver final : public Solver {
                                    const Observation<double>* observations, int count) override;
   void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) override;
 
+  void start_channel(int channel, double value) override;
+
   RobotVector robot() const override;
   RobotMatrix robot_covariance() const override;
   int node_count() const override { return filter_.state().map.size(); }

@@ -56,7 +56,10 @@ struct VectorFieldSlamParams {
   int background_period = 0, background_delay = 20, background_poses = 4000;
   int max_nodes = 4096;
   bool localize_only = false;
+  int patience = 10;
+  int relocalization_particles = 3000;
   field_core::OdometryNoise odometry_noise;
+  double max_speed = 5.0, max_turn_rate = 10.0;
   double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
   double initial_cov_xx = 1e-4, initial_cov_yy = 1e-4, initial_cov_aa = 1e-4;
   double update_min_d = 0.0, update_min_a = 0.0;
@@ -129,6 +132,11 @@ struct VectorFieldSlamParams {
     v.number("max_nodes", max_nodes, {4, 1000000}, "1",
              "of the map; a cell that would need more is not entered");
     v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");
+    v.number("patience", patience, {1, 1000000}, "1",
+             "after so many measurements in a row outside the gate the robot is lost, and searched "
+             "for on the map as after global_localization");
+    v.number("relocalization_particles", relocalization_particles, {100, 1000000}, "1",
+             "that search the map for the robot after global_localization");
   }
 
   template <class Visitor>
@@ -143,6 +151,10 @@ struct VectorFieldSlamParams {
              "translation noise from translation");
     v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
              "translation noise from rotation");
+    v.number("max_speed", max_speed, field_core::positive(), "m/s",
+             "odometry that jumps faster than this is not believed: the robot is then taken to be "
+             "anywhere that it could have driven to");
+    v.number("max_turn_rate", max_turn_rate, field_core::positive(), "rad/s", "the same for turns");
     v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
     v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
     v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");

@@ -40,6 +40,10 @@ class Solver {
   /// The pose is set from outside (/initialpose): independent of the map from now on.
   virtual void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) = 0;
 
+  /// A channel is seen for the first time, after the start: all nodes take this value (node unit)
+  /// for it, with the spread they have. O(nodes), once per channel.
+  virtual void start_channel(int channel, double value) = 0;
+
   virtual RobotVector robot() const = 0;
   virtual RobotMatrix robot_covariance() const = 0;
 

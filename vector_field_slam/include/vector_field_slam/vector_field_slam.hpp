@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "field_core/estimator.hpp"
+#include "field_core/random.hpp"
 #include "vector_field_slam/params.hpp"
+#include "vector_field_slam/relocalization.hpp"
 #include "vector_field_slam/solver.hpp"
 #include "vector_field_slam/start.hpp"
 
@@ -28,7 +30,8 @@ class VectorFieldSlam {
 
   void predict(const field_core::OdometryIncrement& increment);
   /// Skips: "no known channel", "not moved enough" (update_min_d, update_min_a), "first
-  /// measurements" (start_measurements), and what the solver leaves out.
+  /// measurements" (start_measurements), "no map loaded" (localize_only), "searching the map"
+  /// (after scatter), and what the solver leaves out.
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
@@ -38,6 +41,8 @@ class VectorFieldSlam {
   field_core::MapRegion map_region() const;
 
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance);
+  /// Searches the map for the robot by relocalization_particles; does nothing while there is no
+  /// map.
   void scatter();
   void reset();
 
@@ -47,22 +52,34 @@ class VectorFieldSlam {
   /// Replays wait for the background optimization, so that nothing depends on the machine.
   void wait_for_background() { wait_ = true; }
 
+  field_core::Health health() const;
+  static std::vector<std::string> run_parameters();
+
   /// Null before the first measurements are in.
   const Solver* solver() const { return started_ ? solver_.get() : nullptr; }
 
  private:
   bool moved_enough() const;
+  OdometryStep<double> step_of(const field_core::OdometryIncrement& increment,
+                               const field_core::SE2& pose) const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult start_with(const Mounting<double>& mounting);
+  field_core::UpdateResult search(const Mounting<double>& mounting);
+  void start_late_channels(const Mounting<double>& mounting);
 
   Params params_;
   std::vector<ChannelModel> channels_;
   std::vector<field_core::FieldInfo> infos_;
   GridGeometry<double> grid_;
   field_core::OdometryMotionModel motion_model_;
+  std::uint64_t seed_;
+  field_core::Random random_;
   Start start_;
   std::unique_ptr<Solver> solver_;
+  Relocalization relocalization_;
   bool started_ = false, wait_ = false;
+  std::vector<bool> seen_;  // channels that were ever observed
+  int rejected_ = 0;        // measurements in a row outside the gate
   field_core::Stamp stamp_{0};
   bool updated_ = false;
   double moved_distance_ = 0.0, moved_angle_ = 0.0;  // since the last update

@@ -1,0 +1,56 @@
+// The estimator that nodes and replays run: Slap seen from its first robot.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "field_core/estimator.hpp"
+#include "gmrf_slap/params.hpp"
+#include "gmrf_slap/slap.hpp"
+
+namespace gmrf_slap {
+
+/// Meets the requirements of field_core/estimator.hpp for robot 0; slap() gives the others.
+class GmrfSlap {
+ public:
+  using Params = GmrfSlapParams;
+  static constexpr const char* kName = "gmrf_slap";
+  static constexpr std::uint32_t kStateVersion = 1;
+
+  GmrfSlap(const Params& params, std::uint64_t seed) : slap_(params, seed) {}
+
+  void predict(const field_core::OdometryIncrement& increment) { slap_.predict(0, increment); }
+  field_core::UpdateResult update(const field_core::Sample& sample) {
+    return slap_.update(0, sample);
+  }
+  field_core::Belief belief() const { return slap_.belief(0); }
+  field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const {
+    return slap_.predict_field(points);
+  }
+  const std::vector<field_core::FieldInfo>& fields() const { return slap_.fields(); }
+  field_core::MapRegion map_region() const { return slap_.map_region(); }
+  void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) {
+    slap_.set_pose(0, mean, covariance);
+  }
+  void scatter() { slap_.scatter(0); }
+  void reset() { slap_.reset(); }
+  field_core::State state() const {
+    field_core::State state(kName, kStateVersion);
+    slap_.save(state);
+    return state;
+  }
+  void restore(const field_core::State& state) {
+    state.require(kName, kStateVersion);
+    slap_.restore(state);
+  }
+
+  Slap& slap() { return slap_; }
+  const Slap& slap() const { return slap_; }
+
+ private:
+  Slap slap_;
+};
+
+static_assert(field_core::is_estimator_v<GmrfSlap>);
+
+}  // namespace gmrf_slap

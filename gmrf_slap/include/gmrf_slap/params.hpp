@@ -1,0 +1,177 @@
+// Every parameter of the estimator: default, range, unit and documentation, in this one place.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "field_core/odometry_motion_model.hpp"
+#include "field_core/params.hpp"
+#include "gmrf_slap/field_prior.hpp"
+
+namespace gmrf_slap {
+
+enum class Engine { dense, sparse, local };
+enum class PositionBelief { trajectories, lattice, gaussian };
+
+/// The lattice that carries the fields.
+struct GridParams {
+  std::vector<double> origin = {-15.0, -15.0};
+  double spacing = 1.0;
+  std::vector<double> size = {31.0, 31.0};
+  bool wrap = false;
+  Boundary boundary = Boundary::corrected;
+  Interpolation interpolation = Interpolation::bilinear;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.numbers("origin", origin, {2, 2}, field_core::any_number(), "m",
+              "first site [x, y] in the map frame");
+    v.number(
+        "spacing", spacing, field_core::positive(), "m",
+        "distance of neighbouring sites; half the distance over which a field changes is fine");
+    v.numbers("size", size, {2, 2}, {1.0, 100000.0}, "1", "sites along x and y");
+    v.flag("wrap", wrap, "true: opposite edges are neighbours, as in the paper's simulation");
+    v.choice("boundary", boundary, {{"corrected", Boundary::corrected}, {"free", Boundary::free}},
+             "corrected: the same prior variance everywhere; free: larger near edges and walls");
+    v.choice("interpolation", interpolation,
+             {{"bilinear", Interpolation::bilinear}, {"nearest", Interpolation::nearest}},
+             "the field between sites; nearest: that of the nearest site, as in the paper");
+  }
+  void validate() const;
+};
+
+/// One hyperparameter vector theta: either kappa and alpha (the paper, lattice units), or bandwidth
+/// and stddev.
+struct HyperparameterParams {
+  double kappa = 0.0, alpha = 0.0;
+  double bandwidth = 0.0, stddev = 0.0;
+  int order = 2;
+  double prior = 1.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::non_negative;
+    v.number("kappa", kappa, non_negative(), "1/field unit^2", "the paper's kappa; 0: not given");
+    v.number("alpha", alpha, non_negative(), "1", "the paper's alpha; 0: not given");
+    v.number("bandwidth", bandwidth, non_negative(), "m",
+             "instead of alpha: sqrt(2 / alpha) spacings; correlation 0.14 at twice this distance");
+    v.number("stddev", stddev, non_negative(), "field unit",
+             "instead of kappa: standard deviation of the field");
+    v.number("order", order, {1, 2}, "1", "order of the field's operator; 1: rougher");
+    v.number("prior", prior, field_core::positive(), "1",
+             "prior probability, up to a factor common to all");
+  }
+  void validate() const;
+};
+
+struct FieldParams {
+  std::string unit = "1";
+  double mean = 0.0;
+  std::vector<double> trend = {0.0, 0.0};
+  double measurement_stddev = 0.0;
+  double nugget_stddev = 0.0;
+  std::vector<HyperparameterParams> hyperparameters;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::any_number;
+    using field_core::non_negative;
+    v.text("unit", unit, "unit of the values, shown on maps");
+    v.number("mean", mean, any_number(), "field unit",
+             "value far from any measurement, at the origin of the map frame if there is a trend");
+    v.numbers("trend", trend, {2, 2}, any_number(), "field unit/m", "slope of the mean");
+    v.number("measurement_stddev", measurement_stddev, non_negative(), "field unit",
+             "noise of one measurement; 0: the common measurement_stddev");
+    v.number("nugget_stddev", nugget_stddev, non_negative(), "field unit",
+             "what the field does between sites beyond the lattice's resolution");
+    v.list("hyperparameters", hyperparameters, "of this field; []: the common hyperparameters");
+  }
+  void validate() const;
+};
+
+struct GmrfSlapParams {
+  std::map<std::string, FieldParams> fields;
+  GridParams grid;
+  std::vector<HyperparameterParams> hyperparameters;
+  double measurement_stddev = 0.1;
+  double position_stddev = 10.0;
+  Engine engine = Engine::dense;
+  std::vector<std::string> robots = {"robot1"};
+  PositionBelief position_belief = PositionBelief::trajectories;
+  int particles = 200;
+  int lag = 60;
+  double resample_threshold = 0.5;
+  double likelihood_noise_scale = 1.0;
+  double candidate_sigmas = 4.0;
+  double prune_mass = 1e-4;
+  int memory_limit = 4000;
+  field_core::OdometryNoise odometry_noise;
+  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
+  double initial_cov_xx = 0.25, initial_cov_yy = 0.25, initial_cov_aa = 0.0685;
+  double update_min_d = 0.0, update_min_a = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::any_number;
+    using field_core::non_negative;
+    using field_core::positive;
+    v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
+    v.group("grid", grid, "the lattice of the fields");
+    v.list("hyperparameters", hyperparameters,
+           "the hyperparameter vectors that fields may have, the paper's Theta");
+    v.number("measurement_stddev", measurement_stddev, positive(), "field unit",
+             "noise of one measurement, of fields that do not set their own");
+    v.number("position_stddev", position_stddev, positive(), "m",
+             "noise of a position observation that brings no covariance");
+    v.choice("engine", engine,
+             {{"dense", Engine::dense}, {"sparse", Engine::sparse}, {"local", Engine::local}},
+             "dense: small grids; sparse: large grids; local: cost independent of the grid");
+    v.texts("robots", robots, "names of the robots that share the fields");
+    v.choice("position_belief", position_belief,
+             {{"trajectories", PositionBelief::trajectories},
+              {"lattice", PositionBelief::lattice},
+              {"gaussian", PositionBelief::gaussian}},
+             "trajectories: particles over the last `lag` measurements; lattice: weights on sites; "
+             "gaussian: the paper's, collapsed to one Gaussian after each step (eq. 7)");
+    v.number("particles", particles, {1, 100000}, "1", "trajectories of each robot");
+    v.number(
+        "lag", lag, {1, 1000}, "1",
+        "measurements after which a trajectory is merged into the fields; step cost grows with "
+        "its square");
+    v.number("resample_threshold", resample_threshold, {0.0, 1.0}, "1",
+             "resample when the effective sample size falls below this share of the particles");
+    v.number("likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
+             "positions are weighed with this many times the measurement noise: real fields are "
+             "not exactly the model");
+    v.number("candidate_sigmas", candidate_sigmas, {1.0, 10.0}, "1",
+             "lattice, gaussian: candidate sites lie within this many standard deviations");
+    v.number("prune_mass", prune_mass, {0.0, 0.1}, "1",
+             "posterior mass of candidates that may be left out of the field's update");
+    v.number("memory_limit", memory_limit, {1, 1000000}, "MB",
+             "a configuration that needs more is refused");
+    v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
+             "rotation noise from rotation, as in amcl");
+    v.number("odom_alpha2", odometry_noise.alpha2, non_negative(), "rad^2/m^2",
+             "rotation noise from translation");
+    v.number("odom_alpha3", odometry_noise.alpha3, non_negative(), "1",
+             "translation noise from translation");
+    v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
+             "translation noise from rotation");
+    v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
+    v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
+    v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
+             "variance of the start; 0: exactly known");
+    v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
+    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2",
+             "variance of the start yaw");
+    v.number("update_min_d", update_min_d, non_negative(), "m",
+             "a measurement is used once the robot has moved this far; 0: every measurement");
+    v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
+  }
+  void validate() const;
+};
+
+}  // namespace gmrf_slap

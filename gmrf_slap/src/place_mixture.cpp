@@ -1,0 +1,77 @@
+#include "place_mixture.hpp"
+
+#include <algorithm>
+
+namespace gmrf_slap {
+namespace {
+
+/// Equal for rows that may be joined.
+long key_of(const SiteRow& row) {
+  if (row.count != 4) return -1 - row.site[0];
+  const auto quarter = [](double share) { return static_cast<long>(4.0 * share); };
+  const double u = row.weight[1] + row.weight[3], v = row.weight[2] + row.weight[3];
+  return 16 * static_cast<long>(row.site[0]) + 4 * quarter(u) + quarter(v);
+}
+
+bool same_sites(const SiteRow& a, const SiteRow& b) {
+  return a.count == b.count && a.site == b.site && (a.count == 4 || a.weight == b.weight);
+}
+
+}  // namespace
+
+void PlaceMixture::add(const SiteRow& row, double weight, double residual) {
+  if (row.count > 0 && weight > 0.0)
+    places_.push_back({key_of(row), static_cast<int>(places_.size()), weight, residual, row});
+}
+
+void PlaceMixture::join() {
+  // Places of one key are summed in the order they were added (std::stable_sort would allocate).
+  std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
+    return a.key != b.key ? a.key < b.key : a.order < b.order;
+  });
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < places_.size(); ++i) {
+    Place& to = places_[last];
+    const Place& from = places_[i];
+    if (from.key != to.key || !same_sites(from.row, to.row)) {
+      places_[++last] = from;
+      continue;
+    }
+    const double share = from.weight / (to.weight + from.weight);
+    for (std::size_t a = 0; a < to.row.weight.size(); ++a) {
+      to.row.weight[a] += share * (from.row.weight[a] - to.row.weight[a]);
+    }
+    to.residual += share * (from.residual - to.residual);
+    to.weight += from.weight;
+  }
+  places_.resize(std::min(places_.size(), last + 1));
+}
+
+double PlaceMixture::condition(GaussianField& field, double noise, double prune_mass) {
+  join();
+  double total = 0.0;
+  for (const Place& place : places_) total += place.weight;
+  if (places_.empty()) return 0.0;
+  const double threshold = prune_mass * total / static_cast<double>(places_.size());
+  double kept = 0.0;
+  std::size_t count = 0;
+  for (const Place& place : places_) {
+    if (place.weight < threshold) continue;
+    kept += place.weight;
+    places_[count++] = place;
+  }
+  rows_.resize(std::max(rows_.size(), count));
+  mean_.resize(rows_.size());
+  variance_.resize(rows_.size());
+  for (std::size_t k = 0; k < count; ++k) rows_[k] = places_[k].row;
+  field.predict(rows_.data(), static_cast<int>(count), mean_.data(), variance_.data());
+  update_.clear(static_cast<int>(count));
+  for (std::size_t k = 0; k < count; ++k) {
+    update_.add(rows_[k], places_[k].weight / kept, places_[k].residual - mean_[k],
+                variance_[k] + noise);
+  }
+  field.condition(update_);
+  return 1.0 - kept / total;
+}
+
+}  // namespace gmrf_slap

@@ -1,0 +1,68 @@
+"""rviz without a screen: Xvfb, software GL, and the picture as an array."""
+import os
+import subprocess
+
+import numpy as np
+from PIL import ImageGrab
+
+from support import workspace
+from support.live import Process, wait_for
+
+SIZE = (1400, 900)
+
+
+class Screen:
+    """A virtual screen, until stop()."""
+
+    def __init__(self, size=SIZE):
+        read, write = os.pipe()
+        self._server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size[0]}x{size[1]}x24", "-nolisten", "tcp"],
+            pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        # Xvfb chooses a free display and writes its number once it is ready.
+        with os.fdopen(read) as answer:
+            number = answer.readline().strip()
+        if not number:
+            raise RuntimeError("Xvfb did not start")
+        self.display = f":{number}"
+
+    def rviz(self, config, *arguments):
+        """rviz over the whole screen, without its panels."""
+        # Each display its own settings: the user's are neither read nor changed.
+        environment = dict(os.environ, DISPLAY=self.display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1",
+                           XDG_RUNTIME_DIR=os.environ.get("XDG_RUNTIME_DIR", "/tmp"))
+        return Process("rviz", "--fullscreen", "--disable-anti-aliasing", "-d", config, *arguments,
+                       environment=environment)
+
+    def grab(self):
+        """rows x columns x (red, green, blue)."""
+        return np.asarray(self.picture())
+
+    def picture(self):
+        return ImageGrab.grab(xdisplay=self.display).convert("RGB")
+
+    def stop(self):
+        self._server.terminate()
+        self._server.wait()
+
+
+def near(image, colour, tolerance=12):
+    """Where pixels have a colour, up to anti-aliasing and blending."""
+    return (np.abs(image.astype(int) - np.array(colour)).max(axis=2) <= tolerance)
+
+
+def config(name):
+    return workspace.package("field_config") / "rviz" / f"{name}.rviz"
+
+
+def wait_for_pixels(screen, wanted, timeout=120.0):
+    """The first picture in which wanted(image) is true for all; says which layer is missing."""
+    last = {}
+
+    def complete():
+        image = screen.grab()
+        last.update({name: layer(image) for name, layer in wanted.items()})
+        return image if all(last.values()) else None
+
+    return wait_for(complete, lambda: f"the layers {[n for n, seen in last.items() if not seen]}", timeout)

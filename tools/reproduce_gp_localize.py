@@ -1,0 +1,224 @@
+#!/usr/bin/python3
+"""The experiments of the GP-Localize paper (tables 1 and 2, Pioneer, figure 4b) and on known maps, over many seeds.
+
+One rule makes every configuration: hyperparameters by learn_hyperparameters on other data than the run, one support point per
+rectangle of length scales over a neutral box, the same odometry noise, likelihood and particles for all.
+"""
+import argparse
+import concurrent.futures
+import csv
+import json
+import math
+import os
+import pathlib
+import statistics
+import sys
+
+import yaml
+
+import replays
+
+COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 10, "likelihood_noise_scale": 2.0,
+          "odom_alpha1": 0.0005, "odom_alpha2": 0.0005, "odom_alpha3": 0.01, "odom_alpha4": 0.0005}
+METHODS = {
+    "a map per particle": {"map_hypotheses": "particle"},
+    "the paper (eq. 12-13)": {"map_hypotheses": "sample_paths"},
+    "the paper (eq. 10-11)": {"map_hypotheses": "sample_paths", "observation_model": "online_pitc_assimilated"},
+    "SoD-Truncate": {"map_hypotheses": "sample_paths", "observation_model": "sod_truncate", "subset_size": 10},
+    "SoD-Even": {"map_hypotheses": "sample_paths", "observation_model": "sod_even", "subset_size": 40},
+    "a map per particle, scale estimated": {"map_hypotheses": "particle",
+                                            "odom_calibration": {"translation_stddev": 0.1}},
+}
+KNOWN_MAP = {
+    "known map (survey)": {"mode": "localization"},
+    "known map, scale estimated": {"mode": "localization", "odom_calibration": {"translation_stddev": 0.2}},
+    "survey, map learned further, scale estimated": {"mode": "lifelong",
+                                                     "odom_calibration": {"translation_stddev": 0.2}},
+}
+STARTS = {"exact start": (1e-4, 1e-4), "start +- 2 m, 0.1 rad": (4.0, 0.01)}
+WSS = [f"ap{i}_snr" for i in range(1, 7)]
+# name: folder, sets of fields, box, survey for hyperparameters or (run, its field) to learn them from
+RUNS = {
+    "pioneer": ("gpl_pioneer", [["light_pct"]], [-10.5, -3.5, 8.5, 21.5], ("gpl_pioneer2", "light_frac")),
+    "pioneer2": ("gpl_pioneer2", [["light_frac"]], [-10.5, -3.5, 8.5, 21.5], ("gpl_pioneer", "light_pct")),
+    "ieq": ("gpl_ieq", [["temperature_C", "light_lux"], ["temperature_C"], ["light_lux"]],
+            [-11.5, -9.0, 11.0, 8.0], "field_survey.csv"),
+    "wss": ("gpl_wss", [WSS] + [[ap] for ap in WSS], [-22.0, -7.5, 23.5, 5.0], "field_survey.csv"),
+}
+
+
+def column(path, name):
+    with open(path) as f:
+        return [float(row[name]) for row in csv.DictReader(f) if row[name]]
+
+
+def pose(folder):
+    with open(folder / "truth.csv") as f:
+        row = next(csv.DictReader(f))
+    return [float(row[key]) for key in ("x_m", "y_m", "yaw_rad")]
+
+
+class Experiment:
+    """One recording with the hyperparameters that were learned for it."""
+
+    def __init__(self, name, data, output):
+        folder, self.field_sets, self.region, self.source = RUNS[name]
+        self.name, self.data, self.folder = name, data, data / folder
+        self.output = output / name
+        self.output.mkdir(parents=True, exist_ok=True)
+        self.run = replays.recording(self.folder, self.output)
+        self.survey = self.folder / self.source if isinstance(self.source, str) else None
+        self.fields = self.from_survey() if self.survey else self.from_other_run()
+
+    def learn(self, *arguments):
+        file = self.output / "hyper.yaml"
+        if not file.exists():
+            replays.run("rosrun", "gp_localize", "learn_hyperparameters", *arguments, "--output", file)
+        return yaml.safe_load(file.read_text())["fields"]
+
+    def from_survey(self):
+        return self.learn("--survey", self.survey)
+
+    def from_other_run(self):
+        """Length scales and the ratio of noise to signal from the other run. The level of the light is another one:
+        mean and spread are those of this run's own readings, for which no position is needed."""
+        other, field = self.source
+        bag = replays.recording(self.data / other, self.output).bag
+        learned = self.learn("--bag", bag, "--fields", field)[field]
+        mine = self.field_sets[0][0]
+        here = column(self.folder / "measurements.csv", mine)
+        there = column(self.data / other / "measurements.csv", field)
+        ratio = statistics.pstdev(here) / statistics.pstdev(there)
+        learned.update(mean=statistics.mean(here), signal_stddev=ratio * learned["signal_stddev"],
+                       noise_stddev=ratio * learned["noise_stddev"])
+        return {mine: learned}
+
+    def configuration(self, names, method, start):
+        fields = {name: self.fields[name] for name in names}
+        x0, y0, x1, y1 = self.region
+        lengths = [min(field["length_scales"][axis] for field in fields.values()) for axis in (0, 1)]
+        points = math.ceil((x1 - x0) * (y1 - y0) / (lengths[0] * lengths[1]))
+        x, y, yaw = pose(self.folder)
+        position, angle = STARTS[start]
+        values = dict(COMMON, fields=fields, initial_pose_x=x, initial_pose_y=y, initial_pose_a=yaw,
+                      initial_cov_xx=position, initial_cov_yy=position, initial_cov_aa=angle,
+                      support={"selection": "grid", "size": min(120, max(40, points)), "region": self.region})
+        values.update({**METHODS, **KNOWN_MAP}[method])
+        if method in KNOWN_MAP:
+            values["survey"] = str(self.survey)
+        return values
+
+    def errors(self, names, method, start, seed):
+        """field_eval's numbers of one replay; kept in a file."""
+        label = "_".join([("all" if len(names) > 1 else names[0]), method, start, str(seed)])
+        directory = self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+        result = directory / "result.json"
+        if not result.exists():
+            directory.mkdir(exist_ok=True)
+            config = directory / "config.yaml"
+            config.write_text(yaml.safe_dump(self.configuration(names, method, start)))
+            self.run.replay(config, seed, directory)
+            trajectories, _ = self.run.evaluate(directory)
+            summary = json.loads((directory / "summary.json").read_text())
+            trajectories["estimate"]["lost_share"] = summary["lost"] / summary["steps"]
+            result.write_text(json.dumps(trajectories))
+        return json.loads(result.read_text())
+
+    def rows(self):
+        """(fields, method, start) in the order of the page."""
+        for names in self.field_sets:
+            for start in STARTS:
+                for method in METHODS:
+                    yield names, method, start
+                if self.survey:
+                    for method in KNOWN_MAP:
+                        yield names, method, start
+
+
+def cells(experiment, names, method, start, results, reference):
+    means = [r["estimate"]["position_error_mean_m"] for r in results]
+    inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in results)
+    lost = statistics.mean(r["estimate"]["lost_share"] for r in results)
+    wins = "-"
+    if reference and reference is not means:
+        pairs = list(zip(means, reference))
+        wins = f"{sum(a < b for a, b in pairs)}/{len(pairs)}"
+    spread = statistics.stdev(means) if len(means) > 1 else 0.0
+    fields = "all" if len(names) > 1 else names[0]
+    return [experiment.name, fields, start, method, str(len(means)), f"{statistics.median(means):.2f}",
+            f"{statistics.mean(means):.2f} +- {spread:.2f}", f"{min(means):.2f} to {max(means):.2f}", wins,
+            f"{100 * inside:.0f} %", f"{100 * lost:.0f} %"]
+
+
+HEADER = ["run", "fields", "start", "method", "seeds", "median of mean error [m]", "mean +- sd", "min to max",
+          "better than the paper's (12-13), same seed", "in 90 % ellipse", "says lost"]
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header)] + rows]
+    return "\n".join(lines) + "\n"
+
+
+def odometry_rows(experiment, result):
+    scaled = result["odometry, best scale"]
+    return [[experiment.name, "", "", "odometry alone", "", f"{result['odometry']['position_error_mean_m']:.2f}"] +
+            [""] * 5,
+            [experiment.name, "", "", f"odometry x {scaled['translation_scale']:.3f}", "",
+             f"{scaled['position_error_mean_m']:.2f}"] + [""] * 5]
+
+
+def measure(experiment, seeds, pool, wanted):
+    """Rows of the page. Seeds go on side by side."""
+    rows, reference = [], {}
+    for names, method, start in experiment.rows():
+        if not wanted(names, method, start):
+            continue
+        jobs = [pool.submit(experiment.errors, names, method, start, seed) for seed in range(1, seeds + 1)]
+        results = [job.result() for job in jobs]
+        if not rows:
+            rows += odometry_rows(experiment, results[0])
+        means = [r["estimate"]["position_error_mean_m"] for r in results]
+        key = (tuple(names), start)
+        if method == "the paper (eq. 12-13)":
+            reference[key] = means
+        rows.append(cells(experiment, names, method, start, results, reference.get(key)))
+        print(" ".join(rows[-1]), file=sys.stderr)
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--only", nargs="+", choices=RUNS, default=list(RUNS))
+    parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP])
+    parser.add_argument("--starts", nargs="+", help="only these starts", default=list(STARTS))
+    parser.add_argument("--multiple", action="store_true", help="only all fields together")
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    for name in ("--data", "--output", "--page"):
+        parser.add_argument(name, type=pathlib.Path, required=True)
+    arguments = parser.parse_args()
+
+    def wanted(names, method, start):
+        first = names == experiment.field_sets[0]
+        return method in arguments.methods and start in arguments.starts and (first or not arguments.multiple)
+
+    rows = []
+    with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.workers) as pool:
+        for name in arguments.only:
+            if not (arguments.data / RUNS[name][0]).is_dir():
+                print(f"skipped: {arguments.data / RUNS[name][0]} is not there", file=sys.stderr)
+                continue
+            experiment = Experiment(name, arguments.data, arguments.output)
+            rows += measure(experiment, arguments.seeds, pool, wanted)
+    text = table(HEADER, rows)
+    (arguments.output / "table.md").write_text(text)
+    page = arguments.page
+    page.parent.mkdir(parents=True, exist_ok=True)
+    mark = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
+    before = page.read_text().split(mark)[0] if page.exists() else "# GP-Localize: the paper's experiments\n\n"
+    page.write_text(before + mark + "\n" + text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
