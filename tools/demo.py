@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Replays bundled bags through gp_localize; prints one table and draws the pictures."""
+"""Replays bundled bags through the estimators; prints one table and draws the pictures."""
 import argparse
 import concurrent.futures
 import os
@@ -9,7 +9,8 @@ import sys
 import replays
 
 # bag, the field whose map is drawn
-BAGS = [("office_wifi", "ap1"), ("hall_light", "light_lux"), ("warehouse_magnetic", "mag_norm")]
+BAGS = [("office_wifi", "ap1"), ("hall_light", "light_lux"), ("warehouse_magnetic", "mag_norm"),
+        ("beacons", "spot1_x")]
 COLUMNS = ["mean", "RMSE", "95 %", "final", "in 90 %", "steps/s", "x real time"]
 SEED = 1
 
@@ -21,23 +22,34 @@ def row_of(name, errors, speed=("-", "-")):
     return [name] + cells + [s if s == "-" else f"{s:.0f}" for s in speed]
 
 
-def replay(name, field, output):
-    """The shipped configuration, and the paper's shared sample paths under the same parameters."""
+def variants(bag, node, output):
+    """Title, run, configuration and folder of what is shown: the shipped configuration, and for
+    gp_localize the paper's shared sample paths under the same parameters."""
+    run = replays.bundled(bag, node)
+    if run is None:
+        return
+    if node != "gp_localize":
+        yield node, run, run.config, output / node
+        return
     output.mkdir(parents=True, exist_ok=True)
-    run = replays.bundled(name)
-    variants = [("gp_localize, a map per particle", run.config, output / "particle_maps"),
-                ("gp_localize, the paper's paths",
-                 run.variant(output, map_hypotheses="sample_paths"), output / "sample_paths")]
+    yield "gp_localize, a map per particle", run, run.config, output / "particle_maps"
+    yield ("gp_localize, the paper's paths", run,
+           run.variant(output, map_hypotheses="sample_paths"), output / "sample_paths")
+
+
+def replay(bag, field, nodes, output):
+    """The rows of one bag."""
     rows = []
-    for title, config, directory in variants:
-        run.replay(config, SEED, directory)
-        errors, duration = run.evaluate(directory, field, f"{name}: {title}")
-        if not rows:
-            best = errors["odometry, best scale"]
-            rows.append(row_of("odometry alone", errors["odometry"]))
-            rows.append(row_of(f"odometry x {best['translation_scale']:.3f}, best in hindsight", best))
-        rows.append(row_of(title, errors["estimate"], replays.speed(directory, duration)))
-        print(f"{name}: {title}: {directory}/errors.png", file=sys.stderr)
+    for node in nodes:
+        for title, run, config, directory in variants(bag, node, output):
+            run.replay(config, SEED, directory)
+            errors, duration = run.evaluate(directory, field, f"{bag}: {title}")
+            if not rows:
+                best = errors["odometry, best scale"]
+                scale = f"odometry x {best['translation_scale']:.3f}, best in hindsight"
+                rows += [row_of("odometry alone", errors["odometry"]), row_of(scale, best)]
+            rows.append(row_of(title, errors["estimate"], replays.speed(directory, duration)))
+            print(f"{bag}: {title}: {directory}/errors.png", file=sys.stderr)
     return rows
 
 
@@ -45,6 +57,8 @@ def print_table(results):
     width = max(len(row[0]) for rows in results.values() for row in rows) + 2
     print("\n" + "position error [m]".ljust(width) + "".join(c.rjust(13) for c in COLUMNS))
     for name, rows in results.items():
+        if not rows:
+            continue
         print(f"\n{name}")
         for row in rows:
             print(("  " + row[0]).ljust(width) + "".join(c.rjust(13) for c in row[1:]))
@@ -53,9 +67,11 @@ def print_table(results):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=pathlib.Path, required=True)
-    output = parser.parse_args().output
+    parser.add_argument("--nodes", nargs="+", default=["gp_localize"], help="estimators to replay")
+    arguments = parser.parse_args()
+    output = arguments.output
     with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        rows = pool.map(lambda bag: replay(*bag, output / bag[0]), BAGS)
+        rows = pool.map(lambda bag: replay(*bag, arguments.nodes, output / bag[0]), BAGS)
         print_table(dict(zip([name for name, _ in BAGS], rows)))
     print(f"\npictures and all numbers: {output}")
 

@@ -23,11 +23,12 @@ def find(package):
 
 
 class Run:
-    """A recording with its configuration."""
+    """A recording with its configuration, if one is shipped."""
 
-    def __init__(self, name, bag, config):
-        self.name, self.bag, self.config = name, bag, config
-        self.fields = yaml.safe_load(config.read_text())["fields"]
+    def __init__(self, name, bag, config=None, node="gp_localize"):
+        self.name, self.bag, self.config, self.node = name, bag, config, node
+        values = yaml.safe_load(config.read_text()) if config else {"fields": {}}
+        self.fields = values.get("fields") or values.get("channels")
 
     def variant(self, directory, **changes):
         """The shipped configuration with some values changed; the file is written to directory."""
@@ -37,7 +38,7 @@ class Run:
         return file
 
     def replay(self, config, seed, directory):
-        run("rosrun", "gp_localize", "gp_localize_replay", "--bag", self.bag, "--config", config,
+        run("rosrun", self.node, f"{self.node}_replay", "--bag", self.bag, "--config", config,
             "--output", directory, "--seed", seed)
 
     def evaluate(self, directory, field=None, title=None):
@@ -56,18 +57,20 @@ class Run:
         return {t["name"]: t for t in result["trajectories"]}, result["duration_s"]
 
 
-def bundled(name):
-    return Run(name, find("field_bags") / "bags" / f"{name}.bag",
-               find("field_config") / "bags" / f"{name}.gp_localize.yaml")
+def bundled(name, node="gp_localize"):
+    """A bundled bag under the configuration of a node; None if there is none."""
+    config = find("field_config") / "bags" / f"{name}.{node}.yaml"
+    bag = find("field_bags") / "bags" / f"{name}.bag"
+    return Run(name, bag, config, node) if config.exists() else None
 
 
 def recording(folder, directory):
-    """A recording in the suite's CSV format, as a bag in directory."""
+    """A recording in the suite's CSV format, as a bag in directory; its configuration where one is shipped."""
     bag = directory / f"{folder.name}.bag"
     run("rosrun", "field_bags", "csv_to_bag", "--odom", folder / "odom.csv", "--measurements",
         folder / "measurements.csv", "--truth", folder / "truth.csv", "--output", bag)
-    return Run(folder.name, bag,
-               find("field_config") / "recordings" / f"{folder.name}.gp_localize.yaml")
+    config = find("field_config") / "recordings" / f"{folder.name}.gp_localize.yaml"
+    return Run(folder.name, bag, config if config.exists() else None)
 
 
 def speed(directory, duration):

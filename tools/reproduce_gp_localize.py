@@ -11,12 +11,17 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import statistics
 import sys
 
+import matplotlib
 import yaml
 
 import replays
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 
 COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 10, "likelihood_noise_scale": 2.0,
           "odom_alpha1": 0.0005, "odom_alpha2": 0.0005, "odom_alpha3": 0.01, "odom_alpha4": 0.0005}
@@ -35,6 +40,9 @@ KNOWN_MAP = {
     "survey, map learned further, scale estimated": {"mode": "lifelong",
                                                      "odom_calibration": {"translation_stddev": 0.2}},
 }
+# Figure 4b: time per step on the Pioneer run, 100 particles and paths.
+TIMED = {"GP-Localize": "online_pitc", "SoD-Truncate": "sod_truncate", "SoD-Even": "sod_even", "full GP": "full_gp",
+         "offline PITC": "offline_pitc", "a map per particle": "particle"}
 STARTS = {"exact start": (1e-4, 1e-4), "start +- 2 m, 0.1 rad": (4.0, 0.01)}
 WSS = [f"ap{i}_snr" for i in range(1, 7)]
 # name: folder, sets of fields, box, survey for hyperparameters or (run, its field) to learn them from
@@ -124,6 +132,21 @@ class Experiment:
             result.write_text(json.dumps(trajectories))
         return json.loads(result.read_text())
 
+    def step_times(self, model, seed):
+        """Seconds of each step, with 100 particles and paths."""
+        directory = self.output / f"timing_{model}_{seed}"
+        if not (directory / "timing.csv").exists():
+            directory.mkdir(exist_ok=True)
+            values = self.configuration(self.field_sets[0], "a map per particle", "exact start")
+            values.update(particles=100, sample_paths=100)
+            if model != "particle":
+                values.update(map_hypotheses="sample_paths", observation_model=model,
+                              subset_size=10 if model == "sod_truncate" else 40)
+            config = directory / "config.yaml"
+            config.write_text(yaml.safe_dump(values))
+            self.run.replay(config, seed, directory)
+        return column(directory / "timing.csv", "step_s")
+
     def rows(self):
         """(fields, method, start) in the order of the page."""
         for names in self.field_sets:
@@ -167,7 +190,7 @@ def odometry_rows(experiment, result):
              f"{scaled['position_error_mean_m']:.2f}"] + [""] * 5]
 
 
-def measure(experiment, seeds, pool, wanted):
+def measure(experiment, seeds, pool, wanted, samples):
     """Rows of the page. Seeds go on side by side."""
     rows, reference = [], {}
     for names, method, start in experiment.rows():
@@ -181,9 +204,41 @@ def measure(experiment, seeds, pool, wanted):
         key = (tuple(names), start)
         if method == "the paper (eq. 12-13)":
             reference[key] = means
+        title = " ".join([experiment.name, "all" if len(names) > 1 else names[0], start])
+        odometry = results[0]["odometry"]["position_error_mean_m"]
+        samples.setdefault(title, (odometry, {}))[1][method] = means
         rows.append(cells(experiment, names, method, start, results, reference.get(key)))
         print(" ".join(rows[-1]), file=sys.stderr)
     return rows
+
+
+def plot_errors(samples, file):
+    """One panel per run, fields and start: the mean errors of all seeds by method, odometry as a line."""
+    figure, axes = plt.subplots(len(samples), 1, figsize=(9, 2.4 * len(samples)), squeeze=False)
+    for axis, (title, (odometry, methods)) in zip(axes[:, 0], samples.items()):
+        axis.boxplot(list(methods.values()), vert=False, labels=list(methods))
+        axis.axvline(odometry, color="tab:red", linewidth=1)
+        axis.set_title(f"{title} (red: odometry alone)", fontsize=9)
+        axis.set_xlim(left=0)
+        axis.tick_params(labelsize=8)
+    axes[-1, 0].set_xlabel("mean position error [m]")
+    figure.tight_layout()
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
+
+
+def plot_times(experiment, seeds, file):
+    """Figure 4b of the paper. One replay at a time: they are timed."""
+    figure, axis = plt.subplots(figsize=(8, 4))
+    for label, model in TIMED.items():
+        runs = [experiment.step_times(model, seed) for seed in range(1, seeds + 1)]
+        axis.semilogy([1e3 * statistics.median(step) for step in zip(*runs)], label=label, linewidth=0.8)
+    axis.set_xlabel("step")
+    axis.set_ylabel("time of a step [ms]")
+    axis.legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
 
 
 def main():
@@ -193,6 +248,7 @@ def main():
     parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP])
     parser.add_argument("--starts", nargs="+", help="only these starts", default=list(STARTS))
     parser.add_argument("--multiple", action="store_true", help="only all fields together")
+    parser.add_argument("--times", type=int, default=3, help="seeds of the time-per-step figure; 0: no figure")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     for name in ("--data", "--output", "--page"):
         parser.add_argument(name, type=pathlib.Path, required=True)
@@ -202,20 +258,27 @@ def main():
         first = names == experiment.field_sets[0]
         return method in arguments.methods and start in arguments.starts and (first or not arguments.multiple)
 
-    rows = []
+    rows, samples = [], {}
     with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.workers) as pool:
         for name in arguments.only:
             if not (arguments.data / RUNS[name][0]).is_dir():
                 print(f"skipped: {arguments.data / RUNS[name][0]} is not there", file=sys.stderr)
                 continue
             experiment = Experiment(name, arguments.data, arguments.output)
-            rows += measure(experiment, arguments.seeds, pool, wanted)
+            rows += measure(experiment, arguments.seeds, pool, wanted, samples)
+            if name == "pioneer" and arguments.times:
+                plot_times(experiment, arguments.times, arguments.output / "step_times.png")
+    plot_errors(samples, arguments.output / "errors.png")
     text = table(HEADER, rows)
     (arguments.output / "table.md").write_text(text)
     page = arguments.page
     page.parent.mkdir(parents=True, exist_ok=True)
     mark = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
     before = page.read_text().split(mark)[0] if page.exists() else "# GP-Localize: the paper's experiments\n\n"
+    for name in ("errors.png", "step_times.png"):
+        if (arguments.output / name).exists():
+            shutil.copy(arguments.output / name, page.parent / f"gp_localize_{name}")
+            text += f"\n![{name}](gp_localize_{name})\n"
     page.write_text(before + mark + "\n" + text)
     print(text)
 

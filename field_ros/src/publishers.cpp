@@ -19,12 +19,28 @@ PredictedGrid predict_grid(const Session& session) {
   return map;
 }
 
+field_msgs::HyperparameterPosterior to_message(
+    const field_core::HyperparameterPosterior& posterior) {
+  field_msgs::HyperparameterPosterior message;
+  message.field = posterior.field;
+  message.names = posterior.names;
+  message.values.assign(posterior.values.data(), posterior.values.data() + posterior.values.size());
+  message.probability.assign(posterior.probability.data(),
+                             posterior.probability.data() + posterior.probability.size());
+  return message;
+}
+
 Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : session_(session) {
   pose_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
   path_publisher_ = handle.advertise<nav_msgs::Path>("path", 1);
   particles_ = handle.advertise<geometry_msgs::PoseArray>("particlecloud", 2);
   cloud_ = handle.advertise<sensor_msgs::PointCloud2>("cloud", 1, true);
   vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 2);
+  if (!session.estimator().hyperparameters().empty()) {
+    const auto fields = static_cast<std::uint32_t>(session.estimator().fields().size());
+    hyperparameters_ = handle.advertise<field_msgs::HyperparameterPosterior>(
+        "hyperparameters", std::max(10u, 2 * fields));
+  }
   advertise_field_map(handle);
   for (const auto& field : session.estimator().fields()) {
     for (const std::string& name : {field.name, field.name + "_stddev"}) {
@@ -95,7 +111,18 @@ bool Publishers::maps_wanted() const {
                      [](const auto& grid) { return grid.second.getNumSubscribers() > 0; });
 }
 
+void Publishers::publish_hyperparameters() {
+  if (!hyperparameters_ || hyperparameters_.getNumSubscribers() == 0) return;
+  for (const auto& posterior : session_.estimator().hyperparameters()) {
+    field_msgs::HyperparameterPosterior message = to_message(posterior);
+    message.header.stamp = to_ros(session_.belief().stamp);
+    message.header.frame_id = session_.params().global_frame_id;
+    hyperparameters_.publish(message);
+  }
+}
+
 void Publishers::publish_maps() {
+  publish_hyperparameters();
   if (!maps_wanted()) return;
   const PredictedGrid map = predict_grid(session_);
   latched_.clear();

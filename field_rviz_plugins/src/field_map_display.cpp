@@ -24,9 +24,10 @@ namespace {
 // A topic carries one message per field and drawing.
 constexpr int kQueue = 200;
 
-void draw_quad(Ogre::ManualObject& quad, const std::string& material, float width, float height) {
+void draw_quad(Ogre::ManualObject& quad, const Ogre::Material& material, float width,
+               float height) {
   quad.clear();
-  quad.begin(material, Ogre::RenderOperation::OT_TRIANGLE_STRIP, "rviz");
+  quad.begin(material.getName(), Ogre::RenderOperation::OT_TRIANGLE_STRIP, material.getGroup());
   for (const auto& [x, y] : {std::pair(0.0F, 0.0F), {1.0F, 0.0F}, {0.0F, 1.0F}, {1.0F, 1.0F}}) {
     quad.position(x * width, y * height, 0.0F);
     quad.textureCoord(x, y);  // the picture's first row is the map's lowest
@@ -47,8 +48,7 @@ void FieldMapDisplay::make_properties() {
   using namespace rviz;
   field_ = new EditableEnumProperty("Field", "", "Name of the field; empty: the first that comes.",
                                     this, SLOT(redraw()));
-  connect(field_, SIGNAL(requestOptions(EditableEnumProperty*)), this,
-          SLOT(list_fields(rviz::EditableEnumProperty*)));
+  connect(field_, &EditableEnumProperty::requestOptions, this, &FieldMapDisplay::list_fields);
   quantity_ =
       new EnumProperty("Quantity", "Mean", "What is shown of the field.", this, SLOT(redraw()));
   quantity_->addOption("Mean", static_cast<int>(Quantity::mean));
@@ -170,7 +170,7 @@ void FieldMapDisplay::show_picture(const field_msgs::FieldMap& map, const FieldI
   texture_ = set_texture(*material_, texture_, name_ + "Texture", image.rgba.data(), image.width,
                          image.height);
   set_smooth(*material_, smooth_->getBool());
-  draw_quad(*quad_, material_->getName(), map.info.resolution * static_cast<float>(image.width),
+  draw_quad(*quad_, *material_, map.info.resolution * static_cast<float>(image.width),
             map.info.resolution * static_cast<float>(image.height));
   place();
 }

@@ -2,13 +2,14 @@
 
 #include <OgreHardwarePixelBuffer.h>
 #include <OgreMaterialManager.h>
+#include <OgreResourceGroupManager.h>
 #include <OgreTechnique.h>
 #include <OgreTextureManager.h>
 
 namespace field_rviz_plugins {
 namespace {
 
-const char* const kGroup = "rviz";
+const Ogre::String& kGroup = Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME;
 
 Ogre::TextureUnitState& unit_of(Ogre::Material& material) {
   Ogre::Pass* pass = material.getTechnique(0)->getPass(0);

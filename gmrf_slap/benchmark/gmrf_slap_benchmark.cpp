@@ -41,7 +41,8 @@ BENCHMARK(dense_condition)
 GmrfSlapParams paper(int side, Engine engine, PositionBelief belief) {
   SimulationSettings settings;
   settings.side = side;
-  GmrfSlapParams params = simulation_params(settings);
+  GmrfSlapParams params;
+  params = simulation_params(settings, params);
   params.engine = engine;
   params.position_belief = belief;
   return params;

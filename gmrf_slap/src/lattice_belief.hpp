@@ -32,6 +32,9 @@ class LatticeBelief final : public RobotBelief {
   Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t) const override {
     return field.site_mean();
   }
+  Eigen::VectorXd theta_posterior(const FieldMixture& field, std::size_t) const override {
+    return field.probability;
+  }
   double left_out_mass() const override { return left_out_; }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;

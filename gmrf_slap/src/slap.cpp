@@ -28,10 +28,7 @@ std::unique_ptr<RobotBelief> Slap::make_belief(int robot) const {
   } else {
     belief = std::make_unique<LatticeBelief>(params_, fields_);
   }
-  const Eigen::Vector3d variances(params_.initial_cov_xx, params_.initial_cov_yy,
-                                  params_.initial_cov_aa);
-  belief->set_pose(SE2(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a),
-                   variances.asDiagonal());
+  belief->set_pose(params_.initial_pose(), params_.initial_covariance());
   return belief;
 }
 
@@ -134,12 +131,23 @@ field_core::FieldPrediction Slap::predict_field(const Eigen::Matrix2Xd& points) 
   return out;
 }
 
-std::vector<HyperparameterPosterior> Slap::hyperparameters() const {
-  std::vector<HyperparameterPosterior> out;
-  for (const FieldMixture& field : merged().fields()) {
-    out.push_back({field.info.name, field.thetas, field.probability});
+std::vector<field_core::HyperparameterPosterior> Slap::hyperparameters() const {
+  std::vector<field_core::HyperparameterPosterior> out;
+  for (std::size_t f = 0; f < infos_.size(); ++f) {
+    const FieldMixture& field = fields_.fields()[f];
+    Eigen::MatrixXd values(3, field.hypotheses());
+    for (int l = 0; l < field.hypotheses(); ++l) {
+      const Theta& theta = field.thetas[static_cast<std::size_t>(l)];
+      values.col(l) << theta.kappa, theta.alpha, theta.order;
+    }
+    out.push_back({field.info.name, {"kappa", "alpha", "order"}, values, theta_posterior(f)});
   }
   return out;
+}
+
+Eigen::VectorXd Slap::theta_posterior(std::size_t f) const {
+  if (robots() > 1) return merged().fields()[f].probability;
+  return robots_[0].belief->theta_posterior(fields_.fields()[f], f);
 }
 
 field_core::MapRegion Slap::map_region() const {

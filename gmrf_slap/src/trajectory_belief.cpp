@@ -223,13 +223,18 @@ void TrajectoryBelief::merge_into(FieldBank& fields) const {
   merge(fields, static_cast<int>(held_));
   for (std::size_t f = 0; f < fields.fields().size(); ++f) {
     FieldMixture& mixture = fields.fields()[f];
-    Eigen::VectorXd probability = Eigen::VectorXd::Zero(mixture.hypotheses());
-    for (std::size_t p = 0; p < count_; ++p) {
-      probability += weights_[static_cast<Eigen::Index>(p)] * hypotheses_of(mixture, f, p);
-    }
-    mixture.probability = probability / probability.sum();
+    mixture.probability = theta_posterior(mixture, f);
   }
   fields.changed();
+}
+
+Eigen::VectorXd TrajectoryBelief::theta_posterior(const FieldMixture& field,
+                                                  std::size_t index) const {
+  Eigen::VectorXd probability = Eigen::VectorXd::Zero(field.hypotheses());
+  for (std::size_t p = 0; p < count_; ++p) {
+    probability += weights_[static_cast<Eigen::Index>(p)] * hypotheses_of(field, index, p);
+  }
+  return probability / probability.sum();
 }
 
 Eigen::VectorXd TrajectoryBelief::field_mean(const FieldMixture& field, std::size_t index) const {

@@ -35,6 +35,7 @@ class TrajectoryBelief final : public RobotBelief {
   field_core::Belief belief() const override { return belief_; }
   void merge_into(FieldBank& fields) const override;
   Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const override;
+  Eigen::VectorXd theta_posterior(const FieldMixture& field, std::size_t index) const override;
   double left_out_mass() const override { return 0.0; }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;

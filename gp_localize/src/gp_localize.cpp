@@ -18,10 +18,6 @@ CalibrationParams calibration_params(const GpLocalizeParams& p) {
   return exact ? CalibrationParams{} : p.odom_calibration;
 }
 
-Eigen::Matrix3d start_covariance(const GpLocalizeParams& p) {
-  return Eigen::Vector3d(p.initial_cov_xx, p.initial_cov_yy, p.initial_cov_aa).asDiagonal();
-}
-
 }  // namespace
 
 GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
@@ -40,16 +36,16 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
 
 void GpLocalize::reset() {
   random_ = field_core::Random(seed_);
-  const SE2 start(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a);
-  map_->restart(start, start_covariance(params_), motion_model_, random_);
+  const SE2 start = params_.initial_pose();
+  map_->restart(start, params_.initial_covariance(), motion_model_, random_);
   draw_start();
 }
 
 void GpLocalize::draw_start() {
-  const SE2 start(params_.initial_pose_x, params_.initial_pose_y, params_.initial_pose_a);
+  const SE2 start = params_.initial_pose();
   particles_.resize(params_.particles);
   for (Particle& particle : particles_) {
-    particle = {motion_model_.draw(start, start_covariance(params_), random_),
+    particle = {motion_model_.draw(start, params_.initial_covariance(), random_),
                 1.0 / params_.particles};
   }
   stamp_ = field_core::Stamp(0);

@@ -15,7 +15,7 @@ Start::Start(const VectorFieldSlamParams& params, const std::vector<ChannelModel
       grid_(grid),
       wanted_(params.start_measurements),
       calibration_variance_(params.calibration_stddev * params.calibration_stddev),
-      pose_(params.initial_pose_x, params.initial_pose_y, params.initial_pose_a),
+      pose_(params.initial_pose()),
       covariance_(
           Eigen::Vector3d(params.initial_cov_xx, params.initial_cov_yy, params.initial_cov_aa)
               .cwiseMax(field_core::kMinimumPoseVariance)

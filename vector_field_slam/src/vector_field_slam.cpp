@@ -116,7 +116,7 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
     rejected_ = result.applied ? 0 : rejected_ + 1;
-    if (rejected_ >= params_.patience) scatter();
+    if (rejected_ >= params_.patience) give_up();
   }
   updated_ = true;
   moved_distance_ = moved_angle_ = 0.0;
@@ -152,6 +152,18 @@ void VectorFieldSlam::start_late_channels(const Mounting<double>& mounting) {
     solver_->start_channel(z.channel, value);
     seen_[z.channel] = true;
   }
+}
+
+/// Nothing has fitted for a while. On a known map the robot is searched for; while the map is made,
+/// a wrong answer would spoil it: there the pose may only be anywhere around, by a tenth of a cell
+/// and 3 degrees more with each measurement that does not fit.
+void VectorFieldSlam::give_up() {
+  if (params_.localize_only) return scatter();
+  const double position = 0.1 * params_.cell_size, yaw = 0.05;
+  OdometryStep<double> nowhere{0.0, 0.0, 0.0, {}};
+  nowhere.noise[0][0] = nowhere.noise[1][1] = position * position;
+  nowhere.noise[2][2] = yaw * yaw;
+  solver_->move(nowhere, 0.0);
 }
 
 UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
@@ -197,6 +209,7 @@ void VectorFieldSlam::scatter() {
 
 field_core::Health VectorFieldSlam::health() const {
   if (relocalization_.active()) return {true, "searching the map"};
+  if (rejected_ >= params_.patience) return {true, "measurements outside the gate"};
   return {};
 }
 

@@ -142,7 +142,7 @@ inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
   for (const char* name : {"a_x", "a_y", "b_x", "b_y"}) {
     auto& c = p.channels[name];
     c.noise_stddev = s.sensor_noise;
-    c.interpolation_stddev = 0.06;
+    c.interpolation_stddev = 0.02;
     c.prior_stddev = 0.4;
   }
   const auto square = [](double x) { return x * x; };

@@ -21,6 +21,7 @@
 // and, if it has something to tell:
 //
 //   Health health() const                           whether it knows where the robot is
+//   std::vector<HyperparameterPosterior> hyperparameters() const   what it believes of them
 //   static std::vector<std::string> run_parameters()  keys of Params (or groups) that a state does
 //                                                   not depend on: it may be restored under others
 //
@@ -88,6 +89,14 @@ struct FieldInfo {
   std::string unit;
 };
 
+/// Probabilities of the hyperparameter vectors that one field may have.
+struct HyperparameterPosterior {
+  std::string field;
+  std::vector<std::string> names;  ///< of the hyperparameters
+  Eigen::MatrixXd values;          ///< one column per vector, one row per name
+  Eigen::VectorXd probability;     ///< sums to 1
+};
+
 /// Prediction of a measurement: `variance` is that of the field plus that of the configured noise.
 /// One row per field, one column per point.
 struct FieldPrediction {
@@ -128,6 +137,12 @@ template <class E, class = void>
 struct HasHealth : std::false_type {};
 template <class E>
 struct HasHealth<E, std::void_t<decltype(std::declval<const E&>().health())>> : std::true_type {};
+
+template <class E, class = void>
+struct HasHyperparameters : std::false_type {};
+template <class E>
+struct HasHyperparameters<E, std::void_t<decltype(std::declval<const E&>().hyperparameters())>>
+    : std::true_type {};
 
 template <class E, class = void>
 struct HasRunParameters : std::false_type {};

@@ -26,6 +26,8 @@ class AnyEstimator {
   virtual field_core::Belief belief() const = 0;
   /// nullopt: the estimator has no verdict of its own.
   virtual std::optional<field_core::Health> health() const = 0;
+  /// Empty: the estimator takes them as known.
+  virtual std::vector<field_core::HyperparameterPosterior> hyperparameters() const = 0;
   virtual field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const = 0;
   virtual const std::vector<field_core::FieldInfo>& fields() const = 0;
   virtual field_core::MapRegion map_region() const = 0;
@@ -52,6 +54,12 @@ class EstimatorHolder final : public AnyEstimator {
   std::optional<field_core::Health> health() const override {
     if constexpr (field_core::detail::HasHealth<E>::value) return estimator_.health();
     return std::nullopt;
+  }
+  std::vector<field_core::HyperparameterPosterior> hyperparameters() const override {
+    if constexpr (field_core::detail::HasHyperparameters<E>::value) {
+      return estimator_.hyperparameters();
+    }
+    return {};
   }
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const override {
     return estimator_.predict_field(points);

@@ -1,6 +1,7 @@
 // What a node publishes of a session, in its private namespace, and map -> odom.
 #pragma once
 
+#include <field_msgs/HyperparameterPosterior.h>
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
 #include <tf2_ros/transform_broadcaster.h>
@@ -18,6 +19,9 @@ namespace field_ros {
 /// Prediction of all fields on the estimator's map region. @throws NumericalError
 PredictedGrid predict_grid(const Session& session);
 
+field_msgs::HyperparameterPosterior to_message(
+    const field_core::HyperparameterPosterior& posterior);
+
 class Publishers {
  public:
   Publishers(ros::NodeHandle& private_handle, const Session& session);
@@ -26,17 +30,19 @@ class Publishers {
   void publish_belief();
   /// map -> odom, post-dated by transform_tolerance; call on each odometry message.
   void publish_transform();
-  /// ~field_map, ~grid/..., ~cloud: only if somebody listens or nothing is latched yet.
+  /// ~field_map, ~grid/..., ~cloud, ~hyperparameters: only if somebody listens or nothing is
+  /// latched yet.
   void publish_maps();
   void clear_path() { path_.clear(); }
 
  private:
   bool maps_wanted() const;
   void advertise_field_map(ros::NodeHandle& handle);
+  void publish_hyperparameters();
   void publish_path(const field_core::Belief& belief);
 
   const Session& session_;
-  ros::Publisher pose_, path_publisher_, particles_, field_map_, cloud_, vectors_;
+  ros::Publisher pose_, path_publisher_, particles_, field_map_, cloud_, vectors_, hyperparameters_;
   std::map<std::string, ros::Publisher> grids_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::deque<geometry_msgs::PoseStamped> path_;

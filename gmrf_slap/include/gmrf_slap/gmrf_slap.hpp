@@ -27,6 +27,21 @@ class GmrfSlap {
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const {
     return slap_.predict_field(points);
   }
+  std::vector<field_core::HyperparameterPosterior> hyperparameters() const {
+    return slap_.hyperparameters();
+  }
+  /// What a state does not depend on.
+  static std::vector<std::string> run_parameters() {
+    return {"resample_threshold", "likelihood_noise_scale",
+            "candidate_sigmas",   "prune_mass",
+            "memory_limit",       "position_stddev",
+            "odom_alpha1",        "odom_alpha2",
+            "odom_alpha3",        "odom_alpha4",
+            "initial_pose_x",     "initial_pose_y",
+            "initial_pose_a",     "initial_cov_xx",
+            "initial_cov_yy",     "initial_cov_aa",
+            "update_min_d",       "update_min_a"};
+  }
   const std::vector<field_core::FieldInfo>& fields() const { return slap_.fields(); }
   field_core::MapRegion map_region() const { return slap_.map_region(); }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) {

@@ -34,6 +34,8 @@ class RobotBelief {
   /// Mean of a field at all sites, a deviation from the prior mean, with what only this belief
   /// knows: the exact mixture over its hypotheses.
   virtual Eigen::VectorXd field_mean(const FieldMixture& field, std::size_t index) const = 0;
+  /// pi(theta | D) of a field with what only this belief knows.
+  virtual Eigen::VectorXd theta_posterior(const FieldMixture& field, std::size_t index) const = 0;
   /// Share of the posterior mass that the last update left out.
   virtual double left_out_mass() const = 0;
 

@@ -19,13 +19,6 @@
 
 namespace gmrf_slap {
 
-/// pi(theta | D) of one field.
-struct HyperparameterPosterior {
-  std::string field;
-  std::vector<Theta> thetas;
-  Eigen::VectorXd probability;
-};
-
 class Slap {
  public:
   /// @throws ParameterError as FieldBank does
@@ -51,7 +44,8 @@ class Slap {
   const FieldBank& bank() const { return fields_; }
   /// With all that the robots know.
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const;
-  std::vector<HyperparameterPosterior> hyperparameters() const;
+  /// pi(theta | D) of each field: kappa, alpha (lattice units) and order of each vector.
+  std::vector<field_core::HyperparameterPosterior> hyperparameters() const;
   const std::vector<field_core::FieldInfo>& fields() const { return infos_; }
   field_core::MapRegion map_region() const;
 
@@ -74,6 +68,7 @@ class Slap {
   const Robot& at(int robot) const { return robots_.at(static_cast<std::size_t>(robot)); }
   std::unique_ptr<RobotBelief> make_belief(int robot) const;
   const FieldBank& merged() const;
+  Eigen::VectorXd theta_posterior(std::size_t field) const;
 
   GmrfSlapParams params_;
   std::uint64_t seed_;

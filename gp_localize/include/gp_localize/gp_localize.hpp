@@ -61,6 +61,7 @@ class GpLocalize {
             "adaptive",
             "lost",
             "likelihood_noise_scale",
+            "outlier_share",
             "precision",
             "resample_threshold",
             "interpolation_tolerance"};

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "field_core/kernels.hpp"
-#include "field_core/odometry_motion_model.hpp"
+#include "field_core/motion_params.hpp"
 #include "field_core/params.hpp"
 
 namespace gp_localize {
@@ -149,7 +149,7 @@ struct HealthParams {
   }
 };
 
-struct GpLocalizeParams {
+struct GpLocalizeParams : field_core::MotionParams {
   std::map<std::string, FieldParams> fields;
   Mode mode = Mode::mapping;
   std::string survey;
@@ -168,16 +168,10 @@ struct GpLocalizeParams {
   Precision precision = Precision::single_precision;
   double interpolation_tolerance = 1e-2;
   SupportParams support;
-  field_core::OdometryNoise odometry_noise;
   CalibrationParams odom_calibration;
-  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
-  double initial_cov_xx = 0.25, initial_cov_yy = 0.25, initial_cov_aa = 0.0685;
-  double update_min_d = 0.0, update_min_a = 0.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    using field_core::any_number;
-    using field_core::non_negative;
     v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
     v.choice("mode", mode,
              {{"mapping", Mode::mapping},
@@ -230,26 +224,9 @@ struct GpLocalizeParams {
         "particles close together share evaluations of the paths' maps while that errs by less "
         "than this share of the measurement noise; 0: never");
     v.group("support", support, "support points of the sparse Gaussian process");
-    v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
-             "rotation noise from rotation, as in amcl");
-    v.number("odom_alpha2", odometry_noise.alpha2, non_negative(), "rad^2/m^2",
-             "rotation noise from translation");
-    v.number("odom_alpha3", odometry_noise.alpha3, non_negative(), "1",
-             "translation noise from translation");
-    v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
-             "translation noise from rotation");
+    visit_odometry_noise(v);
     v.group("odom_calibration", odom_calibration, "systematic errors of the odometry, estimated");
-    v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
-    v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
-    v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
-    v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
-             "variance of the start; 0: exactly known");
-    v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
-    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2",
-             "variance of the start yaw");
-    v.number("update_min_d", update_min_d, non_negative(), "m",
-             "a measurement is used once the robot has moved this far; 0: every measurement");
-    v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
+    visit_start_and_updates(v);
   }
   void validate() const;
   bool known_map() const { return mode != Mode::mapping; }

@@ -82,6 +82,14 @@ class Eseif {
     bool given[4];   ///< nodes of the map that it depends on
   };
 
+  /// The readings of one measurement that are used, linearized.
+  struct Linearized {
+    S h_nodes[M][kNodes], h_robot[M][kRobot];
+    S v[M][kLocal];  ///< rows of H, whitened by the factor
+    S innovation[M], variance[M];
+    int used;
+  };
+
   bool set_robot_covariance(const S* covariance);
   bool detach();
   bool window_joint(GridIndex cell, const NewNode* added, int count, Joint& joint);
@@ -98,6 +106,10 @@ class Eseif {
   void local_information(S* a, const int* row_of);
   void update(const Mounting<S>& mounting, const Observation<S>* readings, int count,
               Report& report);
+  void linearize(const Mounting<S>& mounting, const Observation<S>* readings, int count,
+                 Linearized& rows) const;
+  bool correct(const Linearized& rows, Report& report);
+  void add_information(const Linearized& rows);
   void apply(const S* step);
   bool updated_covariance(const S* factor, const S (*v)[kLocal], const S* variances, int count);
 

@@ -181,70 +181,87 @@ void Eseif<S, M, Map, MaxRings>::update(const Mounting<S>& mounting, const Obser
     report.outcome = EseifOutcome::not_positive;
     return;
   }
+  Linearized rows;
+  linearize(mounting, readings, count, rows);
+  report.used = rows.used;
+  report.gated = count - rows.used;
+  if (rows.used == 0) {
+    report.outcome = EseifOutcome::gated;
+    return;
+  }
+  const bool good =
+      correct(rows, report) && updated_covariance(matrix_, rows.v, rows.variance, rows.used);
+  add_information(rows);
+  if (!good) report.outcome = EseifOutcome::not_positive;
+}
+
+/// Rows of H at the means of now, for the readings inside the gate.
+template <class S, int M, class Map, int MaxRings>
+void Eseif<S, M, Map, MaxRings>::linearize(const Mounting<S>& mounting,
+                                           const Observation<S>* readings, int count,
+                                           Linearized& rows) const {
   const SensorPose<S> sensor(state_.robot, mounting);
   const Interpolation<S> at(config_.grid, state_.cell, sensor.x, sensor.y);
   const S* nodes[4];
   for (int j = 0; j < 4; ++j) nodes[j] = state_.map.node(state_.active[j]).mean;
-
-  S h_nodes[M][kNodes], h_robot[M][kRobot], v[M][kLocal], innovation[M], variances[M];
-  int used = 0;
+  rows.used = 0;
   for (int k = 0; k < count; ++k) {
-    const int channel = readings[k].channel;
+    const int row = rows.used, channel = readings[k].channel;
     const auto p = config_.sensor.predict(channel, sensor, state_.robot + kPose, at, nodes);
-    node_row<S, M>(p, at, channel, h_nodes[used]);
-    for (int i = 0; i < kNodes; ++i) v[used][i] = h_nodes[used][i];
-    for (int r = 0; r < kRobot; ++r) h_robot[used][r] = v[used][kNodes + r] = p.robot[r];
-    dense::forward(matrix_, kLocal, kLocal, v[used]);
+    node_row<S, M>(p, at, channel, rows.h_nodes[row]);
+    S* const v = rows.v[row];
+    for (int i = 0; i < kNodes; ++i) v[i] = rows.h_nodes[row][i];
+    for (int r = 0; r < kRobot; ++r) rows.h_robot[row][r] = v[kNodes + r] = p.robot[r];
+    dense::forward(matrix_, kLocal, kLocal, v);
     S variance = readings[k].variance;
-    for (int i = 0; i < kLocal; ++i) variance += v[used][i] * v[used][i];
-    innovation[used] = readings[k].value - p.value;
-    variances[used] = readings[k].variance;
-    const bool far_off = innovation[used] * innovation[used] > config_.gate * variance;
-    if (config_.gate > S(0) && far_off) {
-      ++report.gated;
-    } else {
-      ++used;
-    }
+    for (int i = 0; i < kLocal; ++i) variance += v[i] * v[i];
+    const S innovation = readings[k].value - p.value;
+    rows.innovation[row] = innovation;
+    rows.variance[row] = readings[k].variance;
+    const bool far_off = innovation * innovation > config_.gate * variance;
+    if (!(config_.gate > S(0) && far_off)) ++rows.used;
   }
-  report.used = used;
-  if (used == 0) {
-    report.outcome = EseifOutcome::gated;
-    return;
-  }
+}
 
+template <class S, int M, class Map, int MaxRings>
+bool Eseif<S, M, Map, MaxRings>::correct(const Linearized& rows, Report& report) {
   S weights[M * M], y[M], step[kLocal] = {};  // (V V^T + Q)^-1 (z - h)
-  for (int k = 0; k < used; ++k) {
-    y[k] = innovation[k];
-    for (int l = k; l < used; ++l) {
-      S sum = k == l ? variances[k] : S(0);
-      for (int i = 0; i < kLocal; ++i) sum += v[k][i] * v[l][i];
+  for (int k = 0; k < rows.used; ++k) {
+    y[k] = rows.innovation[k];
+    for (int l = k; l < rows.used; ++l) {
+      S sum = k == l ? rows.variance[k] : S(0);
+      for (int i = 0; i < kLocal; ++i) sum += rows.v[k][i] * rows.v[l][i];
       weights[k * M + l] = sum;
     }
   }
-  bool good = dense::eliminate(weights, used, M, used);
-  dense::forward(weights, used, M, y);
-  for (int k = 0; k < used; ++k) report.nis += y[k] * y[k];
-  dense::backward(weights, used, M, y);
-  for (int k = 0; k < used; ++k) {
-    for (int i = 0; i < kLocal; ++i) step[i] += v[k][i] * y[k];
+  if (!dense::eliminate(weights, rows.used, M, rows.used)) return false;
+  dense::forward(weights, rows.used, M, y);
+  for (int k = 0; k < rows.used; ++k) report.nis += y[k] * y[k];
+  dense::backward(weights, rows.used, M, y);
+  for (int k = 0; k < rows.used; ++k) {
+    for (int i = 0; i < kLocal; ++i) step[i] += rows.v[k][i] * y[k];
   }
   dense::backward(matrix_, kLocal, kLocal, step);
-  good = good && updated_covariance(matrix_, v, variances, used);
   apply(step);
+  return true;
+}
 
-  S scaled[M][kNodes];  // eq. (17)
-  for (int k = 0; k < used; ++k) {
-    const S inverse = S(1) / variances[k];
-    for (int i = 0; i < kNodes; ++i) scaled[k][i] = inverse * h_nodes[k][i];
+/// Eq. (17).
+template <class S, int M, class Map, int MaxRings>
+void Eseif<S, M, Map, MaxRings>::add_information(const Linearized& rows) {
+  S scaled[M][kNodes];
+  for (int k = 0; k < rows.used; ++k) {
+    const S inverse = S(1) / rows.variance[k];
+    for (int i = 0; i < kNodes; ++i) scaled[k][i] = inverse * rows.h_nodes[k][i];
     for (int r = 0; r < kRobot; ++r) {
-      for (int i = 0; i < kNodes; ++i) state_.cross[r][i] += h_robot[k][r] * scaled[k][i];
+      const S h = rows.h_robot[k][r];
+      for (int i = 0; i < kNodes; ++i) state_.cross[r][i] += h * scaled[k][i];
       for (int c = r; c < kRobot; ++c) {
-        state_.information[packed(kRobot, r, c)] += inverse * h_robot[k][r] * h_robot[k][c];
+        state_.information[packed(kRobot, r, c)] += inverse * h * rows.h_robot[k][c];
       }
     }
   }
-  state_.add_products(h_nodes, scaled, used, S(1));
-  if (!good) report.outcome = EseifOutcome::not_positive;
+  state_.add_products(rows.h_nodes, scaled, rows.used, S(1));
 }
 
 /// Covariance of the robot, last in the factor U: U_xx^-1 (I + V_x W^-1 V_x^T)^-1 U_xx^-T, with

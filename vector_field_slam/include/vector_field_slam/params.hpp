@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "field_core/odometry_motion_model.hpp"
+#include "field_core/motion_params.hpp"
 #include "field_core/params.hpp"
 #include "vector_field_slam/eseif_config.hpp"
 
@@ -40,7 +40,10 @@ struct ChannelParams {
 enum class SolverType { ekf, eseif, batch };
 enum class SensorModelType { beacon_pairs, scalar, magnetic, range };
 
-struct VectorFieldSlamParams {
+struct VectorFieldSlamParams : field_core::MotionParams {
+  /// The start fixes the map frame: it is known to a centimetre unless said.
+  VectorFieldSlamParams() { initial_cov_xx = initial_cov_yy = initial_cov_aa = 1e-4; }
+
   double cell_size = 1.0;
   SolverType solver = SolverType::eseif;
   SensorModelType sensor_model = SensorModelType::scalar;
@@ -58,11 +61,7 @@ struct VectorFieldSlamParams {
   bool localize_only = false;
   int patience = 10;
   int relocalization_particles = 3000;
-  field_core::OdometryNoise odometry_noise;
   double max_speed = 5.0, max_turn_rate = 10.0;
-  double initial_pose_x = 0.0, initial_pose_y = 0.0, initial_pose_a = 0.0;
-  double initial_cov_xx = 1e-4, initial_cov_yy = 1e-4, initial_cov_aa = 1e-4;
-  double update_min_d = 0.0, update_min_a = 0.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -132,40 +131,23 @@ struct VectorFieldSlamParams {
     v.number("max_nodes", max_nodes, {4, 1000000}, "1",
              "of the map; a cell that would need more is not entered");
     v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");
-    v.number("patience", patience, {1, 1000000}, "1",
-             "after so many measurements in a row outside the gate the robot is lost, and searched "
-             "for on the map as after global_localization");
+    v.number(
+        "patience", patience, {1, 1000000}, "1",
+        "after so many measurements in a row outside the gate the robot is lost: on a known map "
+        "(localize_only) it is searched for as after global_localization, else each further "
+        "one widens the pose's covariance");
     v.number("relocalization_particles", relocalization_particles, {100, 1000000}, "1",
              "that search the map for the robot after global_localization");
   }
 
   template <class Visitor>
   void visit_motion(Visitor& v) {
-    using field_core::any_number;
-    using field_core::non_negative;
-    v.number("odom_alpha1", odometry_noise.alpha1, non_negative(), "1",
-             "rotation noise from rotation, as in amcl");
-    v.number("odom_alpha2", odometry_noise.alpha2, non_negative(), "rad^2/m^2",
-             "rotation noise from translation");
-    v.number("odom_alpha3", odometry_noise.alpha3, non_negative(), "1",
-             "translation noise from translation");
-    v.number("odom_alpha4", odometry_noise.alpha4, non_negative(), "m^2/rad^2",
-             "translation noise from rotation");
+    visit_odometry_noise(v);
     v.number("max_speed", max_speed, field_core::positive(), "m/s",
              "odometry that jumps faster than this is not believed: the robot is then taken to be "
              "anywhere that it could have driven to");
     v.number("max_turn_rate", max_turn_rate, field_core::positive(), "rad/s", "the same for turns");
-    v.number("initial_pose_x", initial_pose_x, any_number(), "m", "start in the map frame");
-    v.number("initial_pose_y", initial_pose_y, any_number(), "m", "start in the map frame");
-    v.number("initial_pose_a", initial_pose_a, any_number(), "rad", "start yaw in the map frame");
-    v.number("initial_cov_xx", initial_cov_xx, non_negative(), "m^2",
-             "variance of the start; 0: exactly known");
-    v.number("initial_cov_yy", initial_cov_yy, non_negative(), "m^2", "variance of the start");
-    v.number("initial_cov_aa", initial_cov_aa, non_negative(), "rad^2",
-             "variance of the start yaw");
-    v.number("update_min_d", update_min_d, non_negative(), "m",
-             "a measurement is used once the robot has moved this far; 0: every measurement");
-    v.number("update_min_a", update_min_a, non_negative(), "rad", "... or turned this much");
+    visit_start_and_updates(v);
   }
 };
 
