@@ -81,6 +81,24 @@ void EseifSolver<M>::set_pose(const field_core::SE2& pose, const Eigen::Matrix3d
 }
 
 template <int M>
+void EseifSolver<M>::set_mean(const RobotVector& robot,
+                              const std::vector<Eigen::Matrix<double, M, 1>>& nodes) {
+  auto& state = filter_.state();
+  for (int i = 0; i < kRobot; ++i) state.robot[i] = robot[i];
+  state.robot[2] = field_core::wrap_angle(robot[2]);
+  for (int n = 0; n < node_count(); ++n) {
+    auto& node = state.map.node(n);
+    for (int i = 0; i < M; ++i) {
+      node.mean[i] = nodes[n][i];
+      node.residual[i] = 0.0;
+    }
+  }
+  std::fill_n(state.drift, 4 * M, 0.0);
+  const RowMatrix covariance = robot_covariance();
+  if (!filter_.resume(covariance.data())) throw_not_positive();
+}
+
+template <int M>
 void EseifSolver<M>::start_channel(int channel, double value) {
   // Residuals are relative to the mean, and nothing was measured of this channel: they stay.
   auto& map = filter_.state().map;

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 
 #include "field_core/errors.hpp"
+#include "vector_field_slam/batch_solver.hpp"
 #include "vector_field_slam/ekf_solver.hpp"
 #include "vector_field_slam/eseif_solver.hpp"
 #include "vector_field_slam/localize_solver.hpp"
@@ -32,6 +34,15 @@ EseifOptions eseif_options(const VectorFieldSlamParams& p, double gate) {
   return o;
 }
 
+BackgroundOptions background_options(const VectorFieldSlamParams& p) {
+  constexpr int kBatchPeriod = 50;
+  BackgroundOptions o;
+  o.period = p.background_period > 0 ? p.background_period : kBatchPeriod;
+  o.delay = p.solver == SolverType::batch ? 0 : std::min(p.background_delay, o.period);
+  o.most_poses = p.background_poses;
+  return o;
+}
+
 template <int M>
 std::unique_ptr<Solver> make(const VectorFieldSlamParams& params,
                              const std::vector<ChannelModel>& channels, double gate) {
@@ -40,11 +51,15 @@ std::unique_ptr<Solver> make(const VectorFieldSlamParams& params,
     case SolverType::ekf:
       return std::make_unique<EkfSolver<M>>(model, gate, params.max_nodes);
     case SolverType::eseif:
-      return std::make_unique<EseifSolver<M>>(model, eseif_options(params, gate));
+      if (params.background_period == 0) {
+        return std::make_unique<EseifSolver<M>>(model, eseif_options(params, gate));
+      }
+      break;
     case SolverType::batch:
       break;
   }
-  throw field_core::ParameterError("solver", "is batch, which is not there yet; use ekf or eseif");
+  return std::make_unique<BatchSolver<M>>(model, eseif_options(params, gate),
+                                          background_options(params));
 }
 
 std::unique_ptr<Solver> make_for_channels(const VectorFieldSlamParams& params,

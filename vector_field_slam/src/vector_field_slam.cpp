@@ -111,6 +111,8 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
     result = search(mounting);
   } else {
     start_late_channels(mounting);
+    solver_->wait_for_background(wait_);
+    solver_->stamp(sample.stamp);
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
     rejected_ = result.applied ? 0 : rejected_ + 1;

@@ -42,6 +42,10 @@ class EseifSolver final : public Solver {
   /// Given all nodes beyond one ring around those asked for; the robot is marginalized out.
   Eigen::MatrixXd node_covariance(const std::vector<int>& nodes) const override;
 
+  /// Better means from elsewhere: robot and nodes are set, the information is kept, and nothing of
+  /// the mean waits to be recovered any more. @param nodes M values for each node. O(nodes)
+  void set_mean(const RobotVector& robot, const std::vector<Eigen::Matrix<double, M, 1>>& nodes);
+
   void save(field_core::State& state) const override;
   void restore(const field_core::State& state) override;
 

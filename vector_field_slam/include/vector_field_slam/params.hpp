@@ -56,6 +56,7 @@ struct VectorFieldSlamParams : field_core::MotionParams {
   double relocation_stddev_xy = 0.05, relocation_stddev_a = 0.05;
   double relocation_stddev_calibration = 0.01;
   int recovery_rings = 1;
+  int background_period = 0, background_delay = 20, background_poses = 4000;
   int max_nodes = 4096;
   bool localize_only = false;
   int patience = 10;
@@ -119,6 +120,14 @@ struct VectorFieldSlamParams : field_core::MotionParams {
     v.number("recovery_rings", recovery_rings, {0, 2}, "1",
              "eseif: rings of nodes around the cell whose mean is recovered with it (eq. 39); the "
              "paper: 0");
+    v.number("background_period", background_period, {0, 100000}, "1",
+             "eseif: samples between optimizations of the whole run by a thread in the background; "
+             "0: none. batch: between those at once; 0: 50");
+    v.number("background_delay", background_delay, {1, 100000}, "1",
+             "samples after which such a result corrects the filter, at most background_period; "
+             "long enough for the machine, or the live node takes it later than the replay");
+    v.number("background_poses", background_poses, {100, 1000000}, "1",
+             "runs with more samples are optimized no more");
     v.number("max_nodes", max_nodes, {4, 1000000}, "1",
              "of the map; a cell that would need more is not entered");
     v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");

@@ -31,6 +31,8 @@ class Solver {
   /// Motion of the robot, eq. (19)-(29) or their covariance form; calibration_variance is added to
   /// that of each component of the offset c.
   virtual void move(const OdometryStep<double>& step, double calibration_variance) = 0;
+  /// Time of the sample that follows: for solvers that keep the whole run.
+  virtual void stamp(field_core::Stamp) {}
   /// One sample: enters the sensor's cell, adding nodes as needed, and updates by the readings.
   /// @param observations `count` of them, distinct channels
   virtual field_core::UpdateResult observe(const Mounting<double>& mounting,
@@ -52,6 +54,9 @@ class Solver {
   /// Joint covariance of the values of some nodes, (channels n) x (channels n); exact for the EKF,
   /// for the ESEIF conditional on what lies outside their surroundings (eq. 44).
   virtual Eigen::MatrixXd node_covariance(const std::vector<int>& nodes) const = 0;
+
+  /// Whether a background optimization that is due is waited for (replays) or not (live).
+  virtual void wait_for_background(bool) {}
 
   /// Complete: what follows a restore is bit for bit the same. restore @throws
   /// field_core::DataError and changes nothing then.

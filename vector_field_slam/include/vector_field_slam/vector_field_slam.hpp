@@ -49,6 +49,9 @@ class VectorFieldSlam {
   field_core::State state() const;
   void restore(const field_core::State& state);
 
+  /// Replays wait for the background optimization, so that nothing depends on the machine.
+  void wait_for_background() { wait_ = true; }
+
   field_core::Health health() const;
   static std::vector<std::string> run_parameters();
 
@@ -75,7 +78,7 @@ class VectorFieldSlam {
   Start start_;
   std::unique_ptr<Solver> solver_;
   Relocalization relocalization_;
-  bool started_ = false;
+  bool started_ = false, wait_ = false;
   std::vector<bool> seen_;  // channels that were ever observed
   int rejected_ = 0;        // measurements in a row outside the gate
   field_core::Stamp stamp_{0};

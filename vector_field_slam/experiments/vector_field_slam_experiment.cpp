@@ -1,0 +1,197 @@
+// Simulated runs through all solvers; prints one CSV row per run and solver. The worlds are those
+// of the paper's figures 8 (nine runs of rising multipath) and 11 (IEC room, four corners x three
+// headings); docs/results/vector_field_slam.md is made from the output.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <iostream>
+
+#include "field_core/errors.hpp"
+#include "simulated_run.hpp"
+#include "vector_field_slam/batch_optimizer.hpp"
+
+using namespace vector_field_slam;
+using field_core::SE2;
+using simulation::Step;
+
+namespace {
+
+struct Case {
+  std::string name;
+  simulation::Room setup;
+};
+
+struct Errors {
+  double aligned = 0.0, unaligned = 0.0, share = NAN, nees = NAN, seconds = NAN;
+};
+
+double mean_distance(const std::vector<SE2>& a, const std::vector<SE2>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += (a[i].translation() - b[i].translation()).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+/// Rising distortion: the weight of a reflection at the wall goes from 0.1 to 0.5.
+std::vector<Case> nine_runs() {
+  std::vector<Case> cases;
+  for (int i = 0; i < 9; ++i) {
+    Case c{"run" + std::to_string(i + 1), {}};
+    c.setup.heading_noise = 0.021;  // odometry then errs by the paper's 26 cm
+    c.setup.rotation_noise = 0.021;
+    c.setup.multipath = 0.1 + 0.05 * i;
+    cases.push_back(c);
+  }
+  return cases;
+}
+
+/// 21 minutes in 5 x 4 m at two samples a second.
+std::vector<Case> iec_room() {
+  std::vector<Case> cases;
+  for (int i = 0; i < 12; ++i) {
+    Case c{"room" + std::to_string(i + 1), {}};
+    c.setup.half_x = 2.5;
+    c.setup.half_y = 2.0;
+    c.setup.steps = 2520;
+    cases.push_back(c);
+  }
+  return cases;
+}
+
+struct Result {
+  std::vector<SE2> truth, estimates;
+  std::vector<Eigen::Matrix2d> covariances;
+
+  Errors errors() const {
+    const auto a = simulation::align(truth, estimates, covariances);
+    Errors e{a.mean, mean_distance(truth, estimates), NAN, NAN, NAN};
+    if (!covariances.empty()) {
+      e.share = a.share_inside;
+      e.nees = a.nees;
+    }
+    return e;
+  }
+};
+
+Result odometry(const std::vector<Step>& steps) {
+  Result r;
+  SE2 pose;
+  for (const Step& s : steps) {
+    pose = pose * s.odometry;
+    r.truth.push_back(s.truth);
+    r.estimates.push_back(pose);
+  }
+  return r;
+}
+
+Result raw(const std::vector<Step>& steps, const simulation::Room& setup) {
+  Result r;
+  for (const Step& s : steps) {
+    r.truth.push_back(s.truth);
+    r.estimates.push_back(simulation::triangulate(setup, s.z));
+  }
+  return r;
+}
+
+/// The online estimates; with `smoothed`, also the poses of the batch over the whole run.
+Result filtered(const std::vector<Step>& steps, const VectorFieldSlamParams& params,
+                Result* smoothed, double& seconds) {
+  VectorFieldSlam filter(params, 1);
+  filter.wait_for_background();
+  Result r;
+  field_core::Stamp now(0);
+  const auto period = std::chrono::milliseconds(500);
+  const auto begin = std::chrono::steady_clock::now();
+  for (const Step& s : steps) {
+    filter.predict({now, now + period, s.odometry});
+    now += period;
+    field_core::Sample sample{now, {}, {}};
+    for (int i = 0; i < 4; ++i) sample.readings.push_back({i, s.z[i], 0.0});
+    filter.update(sample);
+    const auto belief = filter.belief();
+    r.truth.push_back(s.truth);
+    r.estimates.push_back(belief.mean);
+    r.covariances.push_back(belief.covariance.topLeftCorner<2, 2>());
+  }
+  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (smoothed) {
+    const auto trajectory = filter.state().matrix("trajectory");
+    for (Eigen::Index t = 1; t < trajectory.cols(); ++t) {
+      const auto sample = static_cast<std::size_t>(
+          std::chrono::nanoseconds(static_cast<std::int64_t>(trajectory(0, t))) / period - 1);
+      smoothed->truth.push_back(steps[sample].truth);
+      smoothed->estimates.emplace_back(trajectory(1, t), trajectory(2, t), trajectory(3, t));
+    }
+  }
+  return r;
+}
+
+void print(const std::string& run, int seed, const std::string& solver, const Errors& e) {
+  std::cout << run << ',' << seed << ',' << solver << ',' << e.aligned << ',' << e.unaligned << ','
+            << e.share << ',' << e.nees << ',' << e.seconds << '\n';
+}
+
+void evaluate(const Case& c, int seed, double interpolation_stddev) {
+  const auto steps = simulation::simulate(c.setup, static_cast<std::uint64_t>(seed));
+  print(c.name, seed, "odometry", odometry(steps).errors());
+  print(c.name, seed, "raw", raw(steps, c.setup).errors());
+  VectorFieldSlamParams base = simulation::params(c.setup);
+  if (interpolation_stddev > 0.0) {
+    for (auto& channel : base.channels) channel.second.interpolation_stddev = interpolation_stddev;
+  }
+  const auto online = [&](const std::string& name, const VectorFieldSlamParams& p) {
+    Errors e;
+    try {
+      double seconds = 0.0;
+      e = filtered(steps, p, nullptr, seconds).errors();
+      e.seconds = seconds / static_cast<double>(steps.size());
+    } catch (const field_core::NumericalError&) {
+      e.aligned = e.unaligned = NAN;
+    }
+    print(c.name, seed, name, e);
+  };
+  online("eseif", base);
+  VectorFieldSlamParams p = base;
+  p.solver = SolverType::ekf;
+  online("ekf", p);
+  p = base;
+  p.relocation = Relocation::shared_nodes;
+  online("eseif_shared_nodes", p);
+  p = base;
+  p.relocation = Relocation::blank;
+  p.recovery_rings = 0;
+  online("eseif_paper", p);
+  p = base;
+  p.background_period = 100;
+  online("eseif_background", p);
+  p = base;
+  p.solver = SolverType::batch;
+  Result smoothed;
+  double seconds = 0.0;
+  Errors e = filtered(steps, p, &smoothed, seconds).errors();
+  e.seconds = seconds / static_cast<double>(steps.size());
+  print(c.name, seed, "eseif_corrected_at_once", e);
+  print(c.name, seed, "batch", smoothed.errors());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulated runs of Vector Field SLAM through all solvers; CSV on standard output.");
+  std::string experiment = "nine";
+  int seeds = 20;
+  double interpolation_stddev = 0.0;
+  app.add_option("--experiment", experiment, "nine or iec")
+      ->check(CLI::IsMember({"nine", "iec"}))
+      ->capture_default_str();
+  app.add_option("--seeds", seeds, "runs of each world")->capture_default_str();
+  app.add_option("--interpolation-stddev", interpolation_stddev, "replaces that of all channels");
+  CLI11_PARSE(app, argc, argv);
+  std::cout << "run,seed,solver,aligned_m,unaligned_m,share_inside,nees_position,step_s\n";
+  for (int seed = 1; seed <= seeds; ++seed) {
+    for (const Case& c : experiment == "nine" ? nine_runs() : iec_room()) {
+      const int number = std::atoi(c.name.substr(c.name.find_first_of("0123456789")).c_str());
+      evaluate(c, 100 * seed + number, interpolation_stddev);
+    }
+  }
+  return 0;
+}
