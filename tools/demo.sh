@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 tools/install_dependencies.sh
 nodes=(gp_localize)
 [ "${1:-}" = --all ] && nodes+=(vector_field_slam gmrf_slap)
-testing=OFF build_workspace --packages-up-to field_bags field_config "${nodes[@]}"
+testing=OFF build_workspace --packages-select field_msgs field_core field_ros field_bags field_config "${nodes[@]}"
 use_workspace
 note "replaying the bundled bags"
 $python tools/demo.py --output "$root/out/demo" --nodes "${nodes[@]}"
