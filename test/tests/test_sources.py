@@ -9,7 +9,7 @@ from support.runner import main
 ESTIMATORS = ("gp_localize", "vector_field_slam", "gmrf_slap")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^">]+)[">]', re.MULTILINE)
 # What a library without ROS may include, beside the standard library's plain names and C headers.
-ALLOWED_FOLDERS = {"Eigen", "field_core", "suitesparse", "sys"}
+ALLOWED_FOLDERS = {"Eigen", "ceres", "field_core", "suitesparse", "sys"}
 MAINS = ("_node.cpp", "_replay.cpp")
 
 
