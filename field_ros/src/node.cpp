@@ -77,7 +77,7 @@ class Node {
         using Message = std::remove_pointer_t<decltype(type)>;
         const boost::function<void(const boost::shared_ptr<const Message>&)> callback =
             [this, sensor](const boost::shared_ptr<const Message>& message) {
-              on_field(to_field(*message, sensor.field));
+              on_field(to_field(*message, sensor));
             };
         subscribers_.push_back(handle_.subscribe<Message>(sensor.topic, field_queue, callback));
       });

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "field_ros/convert.hpp"
+#include "field_ros/vector_markers.hpp"
 
 namespace field_ros {
 
@@ -35,7 +36,7 @@ Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : sessio
   path_publisher_ = handle.advertise<nav_msgs::Path>("path", 1);
   particles_ = handle.advertise<geometry_msgs::PoseArray>("particlecloud", 2);
   cloud_ = handle.advertise<sensor_msgs::PointCloud2>("cloud", 1, true);
-  vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 2);
+  vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 10);
   if (!session.estimator().hyperparameters().empty()) {
     const auto fields = static_cast<std::uint32_t>(session.estimator().fields().size());
     hyperparameters_ = handle.advertise<field_msgs::HyperparameterPosterior>(
@@ -105,8 +106,10 @@ void Publishers::publish_transform() {
 }
 
 bool Publishers::maps_wanted() const {
-  if (latched_.empty() || field_map_.getNumSubscribers() > 0 || cloud_.getNumSubscribers() > 0)
-    return true;
+  if (latched_.empty()) return true;
+  for (const ros::Publisher& publisher : {field_map_, cloud_, vectors_}) {
+    if (publisher.getNumSubscribers() > 0) return true;
+  }
   return std::any_of(grids_.begin(), grids_.end(),
                      [](const auto& grid) { return grid.second.getNumSubscribers() > 0; });
 }
@@ -133,6 +136,10 @@ void Publishers::publish_maps() {
     grids_.at(map.fields[f].name + "_stddev").publish(to_occupancy_grid(map, f, true));
   }
   cloud_.publish(to_point_cloud(map));
+  visualization_msgs::MarkerArray vectors = to_vector_markers(map);
+  delete_missing(drawn_vectors_, vectors);
+  if (!vectors.markers.empty()) vectors_.publish(vectors);
+  drawn_vectors_ = std::move(vectors);
 }
 
 }  // namespace field_ros

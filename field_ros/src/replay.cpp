@@ -92,7 +92,7 @@ void dispatch(const BagInput& input, const Topics& topics, const rosbag::Message
     if (topic != sensor.topic) continue;
     with_sensor_message(sensor.type, [&](auto* type) {
       boost::shared_ptr<std::remove_pointer_t<decltype(type)>> message;
-      session.on_field(to_field(typed(input, instance, message), sensor.field));
+      session.on_field(to_field(typed(input, instance, message), sensor));
     });
   }
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "field_core/errors.hpp"
 #include "field_core/params.hpp"
@@ -19,11 +20,24 @@ enum class SensorType {
   range
 };
 
+/// calibrated = matrix * (raw - offset), as `calibrate_magnetometer` prints it.
+struct MagnetometerParams {
+  std::vector<double> offset{0.0, 0.0, 0.0};
+  std::vector<double> matrix{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.numbers("offset", offset, {3, 3}, {}, "T", "hard iron: what is subtracted from x, y, z");
+    v.numbers("matrix", matrix, {9, 9}, {}, "1", "soft iron: three rows, one after the other");
+  }
+};
+
 /// A standard sensor whose values are fields, without a converter node.
 struct SensorParams {
   SensorType type = SensorType::temperature;
   std::string topic;
   std::string field;
+  MagnetometerParams calibration;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -39,6 +53,8 @@ struct SensorParams {
     v.required("field").text("field", field,
                              "field that its values are; magnetic_field: <field>_x, _y, _z and "
                              "<field>_norm");
+    v.group("calibration", calibration,
+            "magnetic_field: hard and soft iron, from calibrate_magnetometer");
   }
   void validate() const {
     if (topic.empty())

@@ -30,8 +30,8 @@ class Publishers {
   void publish_belief();
   /// map -> odom, post-dated by transform_tolerance; call on each odometry message.
   void publish_transform();
-  /// ~field_map, ~grid/..., ~cloud, ~hyperparameters: only if somebody listens or nothing is
-  /// latched yet.
+  /// ~field_map, ~grid/..., ~cloud, ~hyperparameters, vector fields on ~vectors: only if somebody
+  /// listens or nothing is latched yet.
   void publish_maps();
   void clear_path() { path_.clear(); }
 
@@ -49,6 +49,7 @@ class Publishers {
   field_core::Stamp transform_stamp_{-1};
   /// The newest map of each field, for subscribers to come; empty: none is drawn yet.
   std::vector<field_msgs::FieldMap> latched_;
+  visualization_msgs::MarkerArray drawn_vectors_;
 };
 
 }  // namespace field_ros
