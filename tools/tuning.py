@@ -78,7 +78,7 @@ SWEEPS = {
         ("noise_stddev, times", times("channels/*/noise_stddev"), [0.1, 0.3, 1, 3, 10]),
         ("prior_stddev, times", times("channels/*/prior_stddev"), [0.1, 0.3, 1, 3, 10]),
         ("odom_alpha1..4, times", ODOMETRY, [0.1, 0.3, 1, 3, 10]),
-        ("recovery_rings", to("recovery_rings"), [0, 1, 2, 3])]),
+        ("recovery_rings", to("recovery_rings"), [1, 2])]),
 }
 
 
@@ -149,6 +149,7 @@ def table(sweeps, found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5, help="of the particle filters")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="replays side by side")
     parser.add_argument("--nodes", nargs="+", default=list(SWEEPS), choices=list(SWEEPS))
     parser.add_argument("--output", type=pathlib.Path, required=True, help="replays; those that are done are kept")
     parser.add_argument("--docs", type=pathlib.Path, required=True)
@@ -162,7 +163,7 @@ def main():
             bag, title, change, x = job
             name = "".join(c if c.isalnum() else "_" for c in title)
             return measure(replays.bundled(bag, node), change, x, seeds, arguments.output / node / bag / f"{name}_{x:g}")
-        with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.jobs) as pool:
             results = list(pool.map(done, jobs))
         found = {bag: {title: {} for title, _, _ in sweeps} for bag in bags}
         for (bag, title, _, x), result in zip(jobs, results):
@@ -170,7 +171,7 @@ def main():
         draw(node, sweeps, found, arguments.docs / "images" / f"tuning_{node}.png")
         head = (f"# {node}: one parameter at a time\n\nWritten by `tools/tuning.sh`"
                 f"{f' ({seeds} seeds: mean, smallest and largest)' if random else ''}; the picture is "
-                f"[here](../images/tuning_{node}.png). The time is the median step of the fastest replay, two side by side.\n\n")
+                f"[here](../images/tuning_{node}.png). The time is the median step of the fastest replay.\n\n")
         (arguments.docs / "results" / f"tuning_{node}.md").write_text(head + table(sweeps, found))
 
 

@@ -9,7 +9,7 @@
 
 namespace field_core {
 
-/// Mersenne twister with our own uniform and normal transforms (those of <random> differ between
+/// Mersenne twister with our own uniform and normal transforms (those of the standard library differ between
 /// standard libraries).
 class Random {
  public:

@@ -38,7 +38,7 @@ ValueRange known_range(const PredictedGrid& map, std::size_t field, bool stddev)
 /// largest 100 (all 0 if they are equal); -1 where the field is not known yet.
 nav_msgs::OccupancyGrid to_occupancy_grid(const PredictedGrid& map, std::size_t field, bool stddev);
 
-/// One point per cell at z = 0: x, y, z, then <field> and <field>_stddev for each field, float32.
+/// One point per cell at z = 0: x, y, z, then FIELD and FIELD_stddev for each field, float32.
 sensor_msgs::PointCloud2 to_point_cloud(const PredictedGrid& map);
 
 /// The 90 % ellipse of the position as a flat cylinder and the heading as an arrow.

@@ -50,9 +50,10 @@ struct SensorParams {
                                {"range", SensorType::range}},
                               "sensor_msgs type of the topic");
     v.required("topic").text("topic", topic, "topic of the sensor");
-    v.required("field").text("field", field,
-                             "field that its values are; magnetic_field: <field>_x, _y, _z and "
-                             "<field>_norm");
+    v.required("field").text(
+        "field", field,
+        "field that its values are; magnetic_field: four of this name with _x, _y, _z "
+        "and _norm behind it");
     v.group("calibration", calibration,
             "magnetic_field: hard and soft iron, from calibrate_magnetometer");
   }

@@ -30,7 +30,7 @@ field_msgs::FieldMeasurement to_field(const sensor_msgs::FluidPressure& m,
                                       const SensorParams& sensor);
 /// A range outside [min_range, max_range] is not observed (NaN).
 field_msgs::FieldMeasurement to_field(const sensor_msgs::Range& m, const SensorParams& sensor);
-/// <field>_x, _y, _z in the sensor's frame [T], calibrated, and <field>_norm, which does not depend
+/// FIELD_x, _y, _z in the sensor's frame [T], calibrated, and FIELD_norm, which does not depend
 /// on the heading.
 field_msgs::FieldMeasurement to_field(const sensor_msgs::MagneticField& m,
                                       const SensorParams& sensor);

@@ -7,9 +7,9 @@
 
 namespace field_ros {
 
-/// For each pair of fields named <v>_x and <v>_y an arrow (namespace "<v>") at about `per_side`
+/// For each pair of fields named V_x and V_y an arrow (namespace "V") at about `per_side`
 /// places along the longer side of the map, and at its tip the 90 % ellipse of the two (namespace
-/// "<v> 90 %"). Arrows have the map's frame, so that a robot that heads along x would measure them;
+/// "V 90 %"). Arrows have the map's frame, so that a robot that heads along x would measure them;
 /// the longest is as long as the distance between two. Places that are not known yet have none.
 /// Ellipses follow the field's own uncertainty and that of a measurement (FieldPrediction). O(cells
 /// drawn)
