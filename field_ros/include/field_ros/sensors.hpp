@@ -11,7 +11,7 @@
 
 #include <string>
 
-#include "field_ros/node_params.hpp"
+#include "field_ros/sensor_params.hpp"
 
 namespace field_ros {
 
