@@ -5,9 +5,11 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
 
 #include "field_ros/bag_transforms.hpp"
+#include "field_ros/master_watch.hpp"
 #include "field_ros/program.hpp"
 #include "field_ros/publishers.hpp"
 #include "field_ros/reconfigure.hpp"
@@ -22,28 +24,53 @@ namespace {
 // Of wall time: they must come when the clock stands. (diagnostic_updater goes by ROS time.)
 constexpr double kDiagnosticsPeriod = 1.0;  // [s]
 constexpr double kIdleWait = 0.1;           // [s] between looks at ros::ok()
+constexpr double kMasterPeriod = 1.0;       // [s] between looks for a new roscore
+
+// All that the master has to know of.
+struct Connections {
+  Connections(tf2_ros::Buffer& buffer, Session& session, const StateKeeper& keeper,
+              const std::function<void()>& on_clock_reset,
+              const std::function<void(const RuntimeParams&)>& change)
+      : private_handle("~"),
+        listener(buffer),
+        maps(private_handle, session),
+        services(handle, private_handle, session, [this] { on_replaced(); }),
+        reconfigure(private_handle, session.params(), change),
+        diagnostics(handle.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {
+    for (int r = 0; r < session.robots(); ++r) {
+      robots.push_back(
+          std::make_unique<LiveRobot>(handle, private_handle, session, keeper, r, on_clock_reset));
+    }
+  }
+
+  void on_replaced() {
+    for (const auto& robot : robots) robot->on_replaced();
+  }
+
+  ros::NodeHandle handle, private_handle;
+  tf2_ros::TransformListener listener;
+  MapPublishers maps;
+  std::vector<std::unique_ptr<LiveRobot>> robots;
+  Services services;
+  Reconfigure reconfigure;
+  ros::Publisher diagnostics;
+};
 
 class Node {
  public:
   explicit Node(Configured configured)
-      : private_("~"),
-        listener_(buffer_),
-        session_(
+      : session_(
             std::move(configured),
             [this](const std::string& base, const std::string& frame, field_core::Stamp stamp) {
               return lookup_placement(buffer_, base, frame, stamp);
             }),
         keeper_(session_),
-        maps_(private_, session_),
-        services_(handle_, private_, session_, [this] { on_replaced(); }),
-        reconfigure_(private_, session_.params(), [this](const RuntimeParams& p) { change(p); }) {
-    session_.set_listener([this](const SessionStep& step) { robot(step.robot).on_step(step); });
+        master_(kMasterPeriod) {
+    session_.set_listener([this](const SessionStep& step) {
+      connections_->robots.at(static_cast<std::size_t>(step.robot))->on_step(step);
+    });
     session_.defer_steps();
-    diagnostics_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-    for (int r = 0; r < session_.robots(); ++r) {
-      robots_.push_back(std::make_unique<LiveRobot>(handle_, private_, session_, keeper_, r,
-                                                    [this] { on_clock_reset(); }));
-    }
+    connect();
     report_timer_ = handle_.createWallTimer(ros::WallDuration(kDiagnosticsPeriod),
                                             [this](const ros::WallTimerEvent&) { report(); });
     schedule_maps();
@@ -57,12 +84,22 @@ class Node {
       queue.callAvailable(ros::WallDuration(session_.step_ready() ? 0.0 : kIdleWait));
       session_.step_next();
       keeper_.tick(StateKeeper::Clock::now());
+      if (master_.forgotten()) {
+        ROS_WARN("roscore was started anew: topics and services are advertised again");
+        connect();
+      }
     }
     keeper_.finish();
   }
 
  private:
-  LiveRobot& robot(int r) { return *robots_.at(static_cast<std::size_t>(r)); }
+  void connect() {
+    connections_.reset();  // first: what is advertised twice by one node, is advertised once
+    connections_ = std::make_unique<Connections>(
+        buffer_, session_, keeper_, [this] { on_clock_reset(); },
+        [this](const RuntimeParams& params) { change(params); });
+    master_.registered();
+  }
 
   void schedule_maps() {
     const double period = session_.params().map_publish_period;
@@ -81,16 +118,12 @@ class Node {
   void on_clock_reset() {
     ROS_WARN("time went back: the estimator and its map start again");
     buffer_.clear();
-    for (const auto& robot : robots_) robot->clear_path();
-  }
-
-  void on_replaced() {
-    for (const auto& robot : robots_) robot->on_replaced();
+    for (const auto& robot : connections_->robots) robot->clear_path();
   }
 
   void draw() {
     try {
-      maps_.publish();
+      connections_->maps.publish();
     } catch (const field_core::NumericalError& e) {
       ROS_WARN_THROTTLE(10.0, "no field map: %s", e.what());
     }
@@ -98,21 +131,17 @@ class Node {
 
   void report() {
     diagnostic_msgs::DiagnosticArray message;
-    for (const auto& robot : robots_) robot->report(message);
+    for (const auto& robot : connections_->robots) robot->report(message);
     message.header.stamp = ros::Time::now();
-    diagnostics_.publish(message);
+    connections_->diagnostics.publish(message);
   }
 
-  ros::NodeHandle handle_, private_;
+  ros::NodeHandle handle_;
   tf2_ros::Buffer buffer_;
-  tf2_ros::TransformListener listener_;
   Session session_;
   StateKeeper keeper_;
-  MapPublishers maps_;
-  std::vector<std::unique_ptr<LiveRobot>> robots_;
-  Services services_;
-  Reconfigure reconfigure_;
-  ros::Publisher diagnostics_;
+  std::unique_ptr<Connections> connections_;
+  MasterWatch master_;
   ros::WallTimer report_timer_, map_timer_;
 };
 
