@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
   app.add_option("--output", output, "bag to write; replaced if it exists")->required();
   return field_bags::run_program(app, argc, argv, [&]() {
     const auto recording = field_bags::read_csv_recording(odometry, measurements, truth);
-    field_bags::write_bag(recording, output);
+    field_bags::write_bag({recording}, output);
     std::cout << output << ": " << recording.odometry.size() << " odometry poses, "
               << recording.measurements.size() << " measurements of " << recording.fields.size()
               << (recording.fields.size() == 1 ? " field\n" : " fields\n");

@@ -85,6 +85,13 @@ std::string json_final_pose(const field_core::Belief& b, const std::string& inde
 void ReplayOutput::add(const SessionStep& step) {
   const field_core::Belief& b = step.belief;
   Lines& lines = robots_[step.robot];
+  // Of two steps at one stamp (two sensors) the later one holds.
+  const bool again = lines.stamp && *lines.stamp == b.stamp;
+  lines.estimate_tum.resize(again ? lines.last_tum : lines.estimate_tum.size());
+  lines.estimate_csv.resize(again ? lines.last_csv : lines.estimate_csv.size());
+  lines.stamp = b.stamp;
+  lines.last_tum = lines.estimate_tum.size();
+  lines.last_csv = lines.estimate_csv.size();
   lines.estimate_tum += line(field_core::tum_line(b.stamp, b.mean));
   lines.estimate_csv += line(field_core::estimate_csv_line(b.stamp, b.mean, b.covariance));
   lines.timing_csv += format_stamp(b.stamp) + "," + format_number(step.step_s) + "\n";

@@ -99,7 +99,7 @@ int Session::next_robot(bool end_of_input) {
   int next = -1;
   Stamp earliest{0};
   for (int robot = 0; robot < robots(); ++robot) {
-    const auto stamp = stream(robot).merge.ready_stamp(end_of_input);
+    const auto stamp = stream(robot).merge.ready_stamp(end_of_input || is_silent(robot));
     if (!stamp || (next >= 0 && *stamp >= earliest)) continue;
     next = robot;
     earliest = *stamp;
@@ -109,17 +109,20 @@ int Session::next_robot(bool end_of_input) {
 }
 
 bool Session::awaits_another(int robot, Stamp stamp) const {
-  if (robots() == 1) return false;
-  std::optional<Stamp> newest;
-  for (const auto& r : streams_) newest = std::max(newest, r->newest_odometry());
   const Stamp known = stamp + stamp_from_seconds(params_.reorder_window);
-  const Stamp silent = *newest - stamp_from_seconds(params_.robot_patience);
-  for (const auto& other : streams_) {
-    const auto until = other->newest_odometry();
-    if (other.get() == &stream(robot) || !until || *until < silent) continue;
-    if (*until < known) return true;
+  for (int other = 0; other < robots(); ++other) {
+    const auto until = stream(other).newest_odometry();
+    if (other != robot && until && *until < known && !is_silent(other)) return true;
   }
   return false;
+}
+
+bool Session::is_silent(int robot) const {
+  const auto own = stream(robot).newest_odometry();
+  if (robots() == 1 || !own) return false;
+  const Stamp patience = stamp_from_seconds(params_.robot_patience);
+  return std::any_of(streams_.begin(), streams_.end(),
+                     [&](const auto& other) { return other->newest_odometry() > *own + patience; });
 }
 
 bool Session::step_next() {
@@ -128,7 +131,7 @@ bool Session::step_next() {
   }
   const int robot = next_robot(false);
   if (robot < 0) return false;
-  step(*stream(robot).merge.next(), robot);
+  step(robot, false);
   return true;
 }
 
@@ -144,12 +147,13 @@ void Session::set_paused(bool paused) {
 
 void Session::process(bool end_of_input) {
   for (int robot = next_robot(end_of_input); robot >= 0; robot = next_robot(end_of_input)) {
-    step(*stream(robot).merge.next(end_of_input), robot);
+    step(robot, end_of_input);
   }
 }
 
-void Session::step(const MergedStep& merged, int robot) {
+void Session::step(int robot, bool end_of_input) {
   RobotStream& r = stream(robot);
+  const MergedStep merged = *r.merge.next(end_of_input || is_silent(robot));
   const auto start = std::chrono::steady_clock::now();
   ++r.counts.steps;
   try {

@@ -1,8 +1,9 @@
 // Several robots in one session: whose step is next, who is waited for, what belongs to whom.
 #include <gtest/gtest.h>
 
-#include "field_core/csv.hpp"
-#include "field_ros/replay.hpp"
+#include <algorithm>
+#include <random>
+
 #include "field_ros/robot_interface.hpp"
 #include "test_support.hpp"
 #include "toy_fleet.hpp"
@@ -99,6 +100,53 @@ TEST(Robots, ReorderWindowHoldsAcrossRobots) {
   EXPECT_TRUE(ToyFleet::log_.empty());
   s.on_odometry(odometry("bert", 1.3, 0.0), 1);
   EXPECT_EQ((Log{{1, 1.05}, {0, 1.1}}), ToyFleet::log_);
+}
+
+/// The steps of two robots whose messages come up to `late` seconds after their stamps.
+Log steps_of(double late, unsigned seed, bool deferred) {
+  struct Message {
+    double arrival, stamp;
+    int robot;
+    bool field;
+  };
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> delay(0.0, late);
+  std::vector<Message> messages;
+  for (int robot = 0; robot < 2; ++robot) {
+    double newest[2] = {0.0, 0.0};  // a topic keeps its order
+    for (int tick = 0; tick < 400; ++tick) {
+      const double stamp = 10.0 + 0.1 * tick;
+      const bool away = robot == 1 && (tick < 50 || (tick > 150 && tick < 220) || tick > 330);
+      for (const bool field : {false, true}) {
+        if (away || (field && tick % 7 != robot)) continue;
+        newest[field] = std::max(newest[field], stamp + delay(random));
+        messages.push_back({newest[field], stamp, robot, field});
+      }
+    }
+  }
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
+  Session s = make_fleet("reorder_window: 0.4\nrobot_patience: 1.0\n");
+  if (deferred) s.defer_steps();
+  const char* names[] = {"anna", "bert"};
+  for (const Message& m : messages) {
+    if (m.field) s.on_field(measurement(names[m.robot], m.stamp), m.robot);
+    if (!m.field) s.on_odometry(odometry(names[m.robot], m.stamp, m.stamp), m.robot);
+    while (deferred && random() % 3 > 0 && s.step_next()) {
+    }
+  }
+  s.finish();
+  return ToyFleet::log_;
+}
+
+TEST(Robots, LateMessagesAndASlowNodeGiveTheSameSteps) {
+  const Log expected = steps_of(0.0, 1, false);
+  EXPECT_GT(expected.size(), 80u);
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    EXPECT_EQ(expected, steps_of(0.3, seed, false)) << seed;
+    EXPECT_EQ(expected, steps_of(0.3, seed, true)) << seed;
+  }
+  EXPECT_NE(expected, steps_of(3.0, 1, false)) << "beyond the window";
 }
 
 TEST(Robots, AtTheEndAllIsProcessedInOrder) {

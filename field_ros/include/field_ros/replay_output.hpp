@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "field_ros/session.hpp"
@@ -13,7 +14,8 @@ class ReplayOutput {
   void add(const SessionStep& step);
 
   /// estimate.tum, estimate.csv and timing.csv of the steps so far; of several robots, each its own
-  /// with its name: estimate_<robot>.tum and so on.
+  /// with its name: estimate_<robot>.tum and so on. Stamps of poses increase; timing has every
+  /// step.
   void add_trajectories(const Session& session);
   /// field_<name>.csv of the final belief, on the estimator's map region.
   void add_fields(const Session& session);
@@ -37,6 +39,8 @@ class ReplayOutput {
  private:
   struct Lines {
     std::string estimate_tum, estimate_csv, timing_csv;
+    std::optional<field_core::Stamp> stamp;  // of the last pose, and where its lines begin
+    std::size_t last_tum = 0, last_csv = 0;
   };
 
   std::map<int, Lines> robots_;

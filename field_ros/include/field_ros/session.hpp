@@ -110,11 +110,14 @@ class Session {
   /// earlier one still; -1: none.
   int next_robot(bool end_of_input);
   bool awaits_another(int robot, field_core::Stamp stamp) const;
+  /// Its odometry is more than robot_patience behind the newest of all: what it has sent is all
+  /// that comes for now.
+  bool is_silent(int robot) const;
   /// Steps that are due before something else changes the pose.
   void settle();
   void process(bool end_of_input = false);
   void start_clock_again(int robot);
-  void step(const MergedStep& merged, int robot);
+  void step(int robot, bool end_of_input);
   field_core::UpdateResult measure(const MergedStep& merged, int robot);
   void judge(const field_core::UpdateResult& result, int robot);
   void require_same_configuration(const field_msgs::EstimatorState& message) const;

@@ -19,9 +19,8 @@ def run(package, name, *arguments, **options):
                           timeout=TIMEOUT_S, check=False, **options)
 
 
-def replay(bag, config, output, *more):
-    return run("gp_localize", "gp_localize_replay", "--bag", bag, "--config", config, "--output", output,
-               *more)
+def replay(bag, config, output, *more, estimator="gp_localize"):
+    return run(estimator, f"{estimator}_replay", "--bag", bag, "--config", config, "--output", output, *more)
 
 
 class ProgramTest(unittest.TestCase):

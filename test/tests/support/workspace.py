@@ -24,8 +24,8 @@ def bag(name):
     return package("field_bags") / "bags" / f"{name}.bag"
 
 
-def config(name, folder="bags"):
-    return package("field_config") / folder / f"{name}.gp_localize.yaml"
+def config(name, folder="bags", estimator="gp_localize"):
+    return package("field_config") / folder / f"{name}.{estimator}.yaml"
 
 
 def configured_bags():
