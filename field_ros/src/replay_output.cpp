@@ -117,6 +117,7 @@ void ReplayOutput::add_summary(const Session& session, const std::string& estima
       << ",\n  \"measurement_messages\": " << c.measurements << ",\n  \"steps\": " << c.steps
       << ",\n  \"applied\": " << c.applied << ",\n  \"lost\": " << c.lost
       << ",\n  \"skipped\": " << json_counts(c.skipped)
+      << ",\n  \"noted\": " << json_counts(c.noted)
       << ",\n  \"dropped\": " << json_counts(c.dropped)
       << ",\n  \"left_waiting_for_odometry\": " << left_waiting
       << ",\n  \"unknown_field_names\": " << c.unknown_fields

@@ -141,6 +141,7 @@ void Session::step(const MergedStep& merged) {
     if (lost_) ++counts_.lost;
     if (result.applied) {
       ++counts_.applied;
+      if (*result.reason) ++counts_.noted[result.reason];
       counts_.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;
       counts_.nis_dof_sum += static_cast<std::uint64_t>(std::max(result.nis_dof, 0));
     } else {
