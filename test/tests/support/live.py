@@ -132,17 +132,17 @@ _numbers = itertools.count(1)
 
 
 class Node(Process):
-    """gp_localize_node with its parameters on the server, and its topics resolved below /name.
+    """A node of the suite with its parameters on the server, and its topics resolved below /name.
 
     Each gets a name of its own: nothing that is left of a node before can be taken for it.
     """
 
-    def __init__(self, configuration, **parameters):
-        self.name = name = f"gp_localize_{next(_numbers)}"
+    def __init__(self, configuration, package="gp_localize", **parameters):
+        self.name = name = f"{package}_{next(_numbers)}"
         values = yaml.safe_load(configuration)
         values.update(parameters)
         rospy.set_param("/" + name, values)
-        super().__init__(workspace.program("gp_localize", "gp_localize_node"), f"__name:={name}",
+        super().__init__(workspace.program(package, f"{package}_node"), f"__name:={name}",
                          f"odom:=/{name}/odom", f"field:=/{name}/field", f"initialpose:=/{name}/initialpose",
                          f"global_localization:=/{name}/global_localization")
 

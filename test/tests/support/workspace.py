@@ -24,13 +24,13 @@ def bag(name):
     return package("field_bags") / "bags" / f"{name}.bag"
 
 
-def config(name, folder="bags"):
-    return package("field_config") / folder / f"{name}.gp_localize.yaml"
+def config(name, folder="bags", node="gp_localize"):
+    return package("field_config") / folder / f"{name}.{node}.yaml"
 
 
-def configured_bags():
-    """Names of the bundled bags that come with a configuration of gp_localize."""
-    files = (package("field_config") / "bags").glob("*.gp_localize.yaml")
+def configured_bags(node="gp_localize"):
+    """Names of the bundled bags that come with a configuration of the node."""
+    files = (package("field_config") / "bags").glob(f"*.{node}.yaml")
     return sorted(path.name.split(".")[0] for path in files)
 
 
