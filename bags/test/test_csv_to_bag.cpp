@@ -123,6 +123,31 @@ TEST_F(CsvToBag, RefusesStampsThatDoNotIncrease) {
   expect_refused(convert(), {"odom.csv:2", "before 0", "shift"});
 }
 
+TEST_F(CsvToBag, SortsMeasurementsOnRequestAndJoinsRowsOfOneStamp) {
+  folder_.write("m.csv", "stamp_s,light,ap1\n12,2.25,\n10.25,1.5,\n12,,-70\n11,3,-60\n");
+  expect_refused(convert(), {"m.csv:3", "10.25", "--sort"});
+  ASSERT_EQ(convert("--sort").exit_code, 0);
+  const auto field = messages<field_msgs::FieldMeasurement>(folder_ / "out.bag", "/field");
+  ASSERT_EQ(field.size(), 3u);
+  EXPECT_EQ(field[0]->header.stamp, ros::Time(10, 250000000));
+  EXPECT_EQ(field[1]->header.stamp, ros::Time(11));
+  EXPECT_EQ(field[2]->header.stamp, ros::Time(12));
+  EXPECT_EQ(field[2]->values, (std::vector<double>{2.25, -70}));
+}
+
+TEST_F(CsvToBag, SortingKeepsTheFirstOfTwoReadingsAndSaysSo) {
+  folder_.write("m.csv", "stamp_s,light\n12,1\n11,1\n12,2\n");
+  const ProgramResult result = convert("--sort");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("1 readings left out"), std::string::npos) << result.out;
+  EXPECT_EQ(messages<field_msgs::FieldMeasurement>(folder_ / "out.bag", "/field")[1]->values[0], 1);
+}
+
+TEST_F(CsvToBag, PosesOutOfOrderAreNotSorted) {
+  folder_.write("odom.csv", "stamp_s,x_m,y_m,yaw_rad\n2,0,0,0\n1,1,0,0\n");
+  expect_refused(convert("--sort"), {"odom.csv:3", "sort"});
+}
+
 TEST_F(CsvToBag, RefusesMissingFilesAndColumns) {
   expect_refused(convert("--truth " + (folder_ / "none.csv")), {"none.csv"});
   folder_.write("odom.csv", "stamp_s,x_m,y_m\n1,0,0\n");

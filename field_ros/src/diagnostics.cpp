@@ -160,6 +160,7 @@ DiagnosticStatus estimator_status(const std::string& name, const HealthSnapshot&
   add(status, "applied", std::to_string(c.applied));
   for (const auto& [reason, count] : c.skipped)
     add(status, "skipped " + reason, std::to_string(count));
+  for (const auto& [reason, count] : c.noted) add(status, "noted " + reason, std::to_string(count));
   add(status, "lost", now.health.lost ? now.health.reason : "no");
   add(status, "steps while lost", std::to_string(c.lost));
   add(status, "recoveries", std::to_string(c.recoveries));

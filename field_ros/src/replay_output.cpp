@@ -65,6 +65,7 @@ std::string json_numbers(const SessionCounts& c, const std::string& indent) {
   member("applied", c.applied);
   member("lost", c.lost);
   member("skipped", json_counts(c.skipped));
+  member("noted", json_counts(c.noted));
   member("dropped", json_counts(c.dropped));
   member("unknown_field_names", c.unknown_fields);
   member("numerical_errors", c.numerical_errors);

@@ -35,6 +35,7 @@ SessionCounts& SessionCounts::operator+=(const SessionCounts& other) {
   recoveries += other.recoveries;
   unknown_fields += other.unknown_fields;
   add(other.skipped, skipped);
+  add(other.noted, noted);
   add(other.dropped, dropped);
   nis_sum += other.nis_sum;
   nis_dof_sum += other.nis_dof_sum;

@@ -165,6 +165,7 @@ void Session::step(int robot, bool end_of_input) {
     if (r.lost) ++r.counts.lost;
     if (result.applied) {
       ++r.counts.applied;
+      if (*result.reason) ++r.counts.noted[result.reason];
       r.counts.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;
       r.counts.nis_dof_sum += static_cast<std::uint64_t>(std::max(result.nis_dof, 0));
     } else {

@@ -61,7 +61,7 @@ template <int M>
 field_core::UpdateResult BatchSolver<M>::observe(const Mounting<double>& mounting,
                                                  const Observation<double>* observations,
                                                  int count) {
-  const auto result = online_.observe(mounting, observations, count);
+  auto result = online_.observe(mounting, observations, count);
   if (!result.applied || !logging_) return result;
   log_.observe(mounting, observations, count, online_);
   stamps_.push_back(stamp_);
@@ -75,6 +75,7 @@ field_core::UpdateResult BatchSolver<M>::observe(const Mounting<double>& mountin
       correct(job_.result.get());
     } else if (samples_ == job_.due) {
       ++late_;
+      result.reason = kLate;
     }
   }
   return result;
@@ -96,7 +97,8 @@ void BatchSolver<M>::begin() {
   job_.nodes = log_.problem().nodes = node_means();
   job_.due = samples_ + options_.delay;
   job_.result = std::async(options_.delay > 0 ? std::launch::async : std::launch::deferred,
-                           optimized<M>, model_, log_.problem());
+                           optimized<M>, model_, log_.problem())
+                    .share();
   running_ = true;
 }
 
@@ -139,7 +141,11 @@ void BatchSolver<M>::correct(const BatchProblem<M>& result) {
 template <int M>
 void BatchSolver<M>::save(field_core::State& state) const {
   online_.save(state);
+  state.set("log", logging_ ? 1.0 : 0.0);
   if (!logging_) return;
+  log_.save(state);
+  state.set("batch_counts", Eigen::Vector4d(samples_, late_, corrections_, running_ ? 1.0 : 0.0));
+  if (running_) save_job(state);
   const auto all = optimized<M>(model_, log_.problem());
   Eigen::MatrixXd trajectory(4, all.poses.size());
   for (std::size_t t = 0; t < all.poses.size(); ++t) {
@@ -150,10 +156,74 @@ void BatchSolver<M>::save(field_core::State& state) const {
 }
 
 template <int M>
+void BatchSolver<M>::save_job(field_core::State& state) const {
+  const BatchProblem<M>& result = job_.result.get();
+  Eigen::MatrixXd poses(3, result.poses.size()), nodes(2 * M, result.nodes.size());
+  for (std::size_t t = 0; t < result.poses.size(); ++t) {
+    poses.col(static_cast<Eigen::Index>(t)) = result.poses[t];
+  }
+  for (std::size_t i = 0; i < result.nodes.size(); ++i) {
+    nodes.col(static_cast<Eigen::Index>(i)) << job_.nodes[i], result.nodes[i];
+  }
+  state.set("job_poses", poses);
+  state.set("job_nodes", nodes);
+  state.set("job_offset", result.offset);
+  state.set("job_robot", job_.robot);
+  state.set("job_due", job_.due);
+}
+
+template <int M>
+typename BatchSolver<M>::Job BatchSolver<M>::load_job(const field_core::State& state,
+                                                      const BatchProblem<M>& problem) const {
+  const Eigen::MatrixXd &poses = state.matrix("job_poses", 3, -1),
+                        &nodes = state.matrix("job_nodes", 2 * M, -1);
+  if (poses.cols() < 1 || poses.cols() > static_cast<Eigen::Index>(problem.poses.size()) ||
+      nodes.cols() > static_cast<Eigen::Index>(problem.nodes.size())) {
+    throw field_core::DataError("state block 'job_poses' is not of this log; the file is damaged");
+  }
+  Job job;
+  BatchProblem<M> result;
+  for (const auto& pose : poses.colwise()) result.poses.emplace_back(pose);
+  for (const auto& node : nodes.colwise()) {
+    job.nodes.emplace_back(node.template head<M>());
+    result.nodes.emplace_back(node.template tail<M>());
+  }
+  result.offset = state.matrix("job_offset", 2, 1);
+  job.robot = state.matrix("job_robot", kRobot, 1);
+  job.due = static_cast<int>(state.scalar("job_due"));
+  std::promise<BatchProblem<M>> known;
+  known.set_value(std::move(result));
+  job.result = known.get_future().share();
+  return job;
+}
+
+template <int M>
 void BatchSolver<M>::restore(const field_core::State& state) {
+  BatchLog<M> log(model_);
+  std::vector<field_core::Stamp> stamps;
+  Eigen::Vector4d counts = Eigen::Vector4d::Zero();
+  Job job;
+  const bool logging = state.scalar("log") != 0.0;
+  if (logging) {
+    log.restore(state);
+    counts = state.matrix("batch_counts", 4, 1);
+    if (counts[3] != 0.0) job = load_job(state, log.problem());
+    const auto poses = static_cast<Eigen::Index>(log.problem().poses.size());
+    const Eigen::MatrixXd& trajectory = state.matrix("trajectory", 4, poses);
+    for (Eigen::Index t = 0; t < poses; ++t) {
+      stamps.emplace_back(static_cast<std::int64_t>(trajectory(0, t)));
+    }
+  }
+  online_.restore(state);  // the last that can fail
   finish();
-  online_.restore(state);
-  logging_ = false;
+  log_ = std::move(log);
+  stamps_ = std::move(stamps);
+  job_ = std::move(job);
+  logging_ = logging;
+  samples_ = static_cast<int>(counts[0]);
+  late_ = static_cast<int>(counts[1]);
+  corrections_ = static_cast<int>(counts[2]);
+  running_ = counts[3] != 0.0;
 }
 
 template class BatchSolver<1>;

@@ -36,7 +36,7 @@ Eigen::VectorXd mean_values(const Solver& solver, Eigen::Index channels) {
 void as_reading(const ChannelModel& channel, double square_distance, double& mean,
                 double& variance) {
   if (channel.role.kind != ChannelKind::range) return;
-  constexpr double kShortest = SensorModel<double, 1>::kShortestRange;
+  constexpr double kShortest = 0.1;  // [m] the root has no derivative at 0
   mean = std::sqrt(std::max(mean + square_distance, kShortest * kShortest));
   variance /= 4.0 * mean * mean;
 }

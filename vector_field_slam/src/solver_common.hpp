@@ -12,6 +12,7 @@ namespace vector_field_slam {
 constexpr const char* kNoPlace = "the sensor's place is off the grid";
 constexpr const char* kMapFull = "the map is full: raise max_nodes";
 constexpr const char* kUnknownCell = "no map at this place";
+constexpr const char* kLate = "the background optimization is late: raise background_delay";
 constexpr const char* kGated = "innovation outside the gate";
 
 [[noreturn]] inline void throw_not_positive() {

@@ -62,8 +62,7 @@ bool Start::add(const Mounting<double>& mounting, const Observation<double>* obs
     one.channels[0] = role;
     const double value = one.field_value(0, sensor, robot.data() + kPose, x, y, z.value,
                                          found ? partner->value : 0.0);
-    const double scale = role.kind == ChannelKind::range ? 2.0 * std::abs(z.value) : 1.0;
-    samples_[z.channel].push_back({x, y, value, std::sqrt(z.variance) * std::max(scale, 0.1)});
+    samples_[z.channel].push_back({x, y, value, std::sqrt(z.variance)});
   }
   return ++measurements_ >= wanted_;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "field_core/errors.hpp"
 
@@ -9,6 +10,17 @@ namespace vector_field_slam {
 
 using field_core::SE2;
 using field_core::UpdateResult;
+
+namespace {
+
+constexpr const char* kJump = "odometry jumped and was not believed (max_speed, max_turn_rate)";
+
+/// Stamps are often coarse: a step counts as 50 ms at least.
+double step_seconds(const field_core::OdometryIncrement& increment) {
+  return std::max(field_core::to_seconds(increment.to - increment.from), 0.05);
+}
+
+}  // namespace
 
 VectorFieldSlam::VectorFieldSlam(const Params& params, std::uint64_t seed)
     : params_(params),
@@ -44,19 +56,16 @@ void VectorFieldSlam::reset() {
   started_ = updated_ = false;
   seen_.assign(channels_.size(), false);
   rejected_ = 0;
+  note_ = "";
   stamp_ = field_core::Stamp(0);
   moved_distance_ = moved_angle_ = 0.0;
 }
 
 OdometryStep<double> VectorFieldSlam::step_of(const field_core::OdometryIncrement& increment,
                                               const SE2& pose) const {
-  // Stamps are often coarse: a step counts as 50 ms at least.
-  const double seconds = std::max(field_core::to_seconds(increment.to - increment.from), 0.05);
+  if (believable(increment)) return odometry_step(motion_model_, pose, increment.delta);
+  const double seconds = step_seconds(increment);
   const double reach = params_.max_speed * seconds, turn = params_.max_turn_rate * seconds;
-  const SE2& d = increment.delta;
-  if (std::hypot(d.x(), d.y()) <= reach && std::abs(d.yaw()) <= turn) {
-    return odometry_step(motion_model_, pose, d);
-  }
   // Even over a disc of that radius, and over that angle, as far as a Gaussian can say it.
   const double yaw = std::min(turn, M_PI) / 1.7;
   return {
@@ -66,7 +75,15 @@ OdometryStep<double> VectorFieldSlam::step_of(const field_core::OdometryIncremen
       {{reach * reach / 4.0, 0.0, 0.0}, {0.0, reach * reach / 4.0, 0.0}, {0.0, 0.0, yaw * yaw}}};
 }
 
+bool VectorFieldSlam::believable(const field_core::OdometryIncrement& increment) const {
+  const double seconds = step_seconds(increment);
+  const SE2& d = increment.delta;
+  return std::hypot(d.x(), d.y()) <= params_.max_speed * seconds &&
+         std::abs(d.yaw()) <= params_.max_turn_rate * seconds;
+}
+
 void VectorFieldSlam::predict(const field_core::OdometryIncrement& increment) {
+  if (!believable(increment)) note_ = kJump;
   const double distance = std::hypot(increment.delta.x(), increment.delta.y());
   if (started_) {
     const RobotVector r = solver_->robot();
@@ -94,7 +111,8 @@ void VectorFieldSlam::collect_observations(const field_core::Sample& sample) {
     if (reading.field < 0 || reading.field >= static_cast<int>(channels_.size())) continue;
     const ChannelModel& channel = channels_[reading.field];
     const double noise = reading.variance > 0.0 ? reading.variance : channel.noise_variance;
-    observations_.push_back({reading.field, reading.value, noise + channel.interpolation_variance});
+    observations_.push_back(as_observation(reading.field, channel.role.kind, reading.value,
+                                           noise + channel.interpolation_variance));
   }
 }
 
@@ -116,6 +134,7 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
     rejected_ = result.applied ? 0 : rejected_ + 1;
+    if (result.applied && *note_) result.reason = std::exchange(note_, "");
     if (rejected_ >= params_.patience) give_up();
   }
   updated_ = true;
@@ -233,6 +252,7 @@ field_core::State VectorFieldSlam::state() const {
   state.set("grid", Eigen::Vector3d(grid_.cell_size, grid_.origin_x, grid_.origin_y));
   state.set_text("random", random_.state());
   state.set("rejected", rejected_);
+  state.set("jumped", *note_ ? 1.0 : 0.0);
   Eigen::VectorXd seen(seen_.size());
   for (std::size_t i = 0; i < seen_.size(); ++i) seen[i] = seen_[i] ? 1.0 : 0.0;
   state.set("seen", seen);
@@ -259,6 +279,7 @@ void VectorFieldSlam::restore(const field_core::State& state) {
   const Eigen::MatrixXd& seen =
       state.matrix("seen", static_cast<Eigen::Index>(channels_.size()), 1);
   const int rejected = static_cast<int>(state.scalar("rejected"));
+  const bool jumped = state.scalar("jumped") != 0.0;
   field_core::Random random(seed_);
   random.restore(state.text("random"));
   Start start = start_;
@@ -273,6 +294,7 @@ void VectorFieldSlam::restore(const field_core::State& state) {
   random_ = random;
   for (std::size_t i = 0; i < seen_.size(); ++i) seen_[i] = seen(static_cast<Eigen::Index>(i)) != 0;
   rejected_ = rejected;
+  note_ = jumped ? kJump : "";
   started_ = started;
   updated_ = updated;
   stamp_ = stamp;

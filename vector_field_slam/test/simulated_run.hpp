@@ -21,6 +21,11 @@ struct Step {
   Eigen::Vector4d z;
 };
 
+/// Furniture: the robot keeps 0.2 m away from it, the light of the spots passes above.
+struct Rectangle {
+  double x_min, y_min, x_max, y_max;
+};
+
 struct Room {
   double multipath = 0.3;  ///< weight of a reflection at the wall itself
   double multipath_length = 1.0;
@@ -31,6 +36,8 @@ struct Room {
   double translation_noise = 0.02;  ///< [m / sqrt(m)]
   Eigen::Vector2d offset{0.02, -0.015};
   int steps = 1200;
+  SE2 start;  ///< (0, 0) drives to (1, 0) first
+  std::vector<Rectangle> obstacles;
   double period_distance = 0.15, period_turn = 0.5;
 };
 
@@ -56,18 +63,69 @@ inline Eigen::Vector4d field(const Room& s, const Eigen::Vector2d& p) {
   return m;
 }
 
+/// RMS by which the field differs from the bilinear surface between the nodes of its cells, over
+/// the places that the robot may visit: what interpolation_stddev means, known without any
+/// estimate.
+inline double interpolation_error(const Room& s, double cell_size) {
+  const auto grid =
+      vector_field_slam::GridGeometry<double>::around(s.start.x(), s.start.y(), cell_size);
+  double sum = 0.0;
+  int count = 0;
+  for (double x = -s.half_x + 0.3; x < s.half_x - 0.3; x += 0.05) {
+    for (double y = -s.half_y + 0.3; y < s.half_y - 0.3; y += 0.05) {
+      vector_field_slam::GridIndex cell;
+      grid.cell_of(x, y, cell);
+      const vector_field_slam::Interpolation<double> at(grid, cell, x, y);
+      Eigen::Vector4d error = -field(s, {x, y});
+      for (int j = 0; j < 4; ++j) {
+        const auto node = cell_node(cell, j);
+        error += at.w[j] * field(s, {grid.node_x(node), grid.node_y(node)});
+      }
+      sum += error.squaredNorm();
+      count += 4;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+/// Does the straight way between two places lead through furniture?
+inline bool blocked(const Room& s, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  constexpr double kAway = 0.2, kSample = 0.05;
+  const int samples = static_cast<int>((b - a).norm() / kSample) + 1;
+  for (int i = 0; i <= samples; ++i) {
+    const Eigen::Vector2d p = a + (b - a) * i / samples;
+    for (const Rectangle& r : s.obstacles) {
+      if (p.x() > r.x_min - kAway && p.x() < r.x_max + kAway && p.y() > r.y_min - kAway &&
+          p.y() < r.y_max + kAway) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+inline Eigen::Vector2d next_goal(const Room& s, const Eigen::Vector2d& from,
+                                 field_core::Random& random) {
+  Eigen::Vector2d goal;
+  do {
+    const double x = random.uniform(-s.half_x + 0.3, s.half_x - 0.3);
+    goal = {x, random.uniform(-s.half_y + 0.3, s.half_y - 0.3)};
+  } while (blocked(s, from, goal));
+  return goal;
+}
+
 inline std::vector<Step> simulate(const Room& s, std::uint64_t seed) {
   field_core::Random random(seed);
   std::vector<Step> run;
-  SE2 pose;
-  Eigen::Vector2d goal(1.0, 0.0);
+  SE2 pose = s.start;
+  Eigen::Vector2d goal = pose.translation();
+  if (goal.isZero()) goal.x() = 1.0;
   while (static_cast<int>(run.size()) < s.steps) {
     const Eigen::Vector2d to = goal - pose.translation();
     const double turn = field_core::wrap_angle(std::atan2(to.y(), to.x()) - pose.yaw());
     SE2 motion;
     if (to.norm() < s.period_distance) {
-      goal = {random.uniform(-s.half_x + 0.3, s.half_x - 0.3),
-              random.uniform(-s.half_y + 0.3, s.half_y - 0.3)};
+      goal = next_goal(s, pose.translation(), random);
       continue;
     }
     if (std::abs(turn) > 1e-6) {
@@ -150,6 +208,9 @@ inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
   p.odometry_noise.alpha2 = square(s.heading_noise) / s.period_distance;
   p.odometry_noise.alpha3 = square(s.translation_noise) / s.period_distance;
   p.odometry_noise.alpha4 = 0.0;
+  p.initial_pose_x = s.start.x();
+  p.initial_pose_y = s.start.y();
+  p.initial_pose_a = s.start.yaw();
   return p;
 }
 

@@ -2,6 +2,7 @@
 // ones.
 #include <gtest/gtest.h>
 
+#include "field_core/errors.hpp"
 #include "simulated_run.hpp"
 
 using namespace vector_field_slam;
@@ -11,7 +12,8 @@ namespace {
 
 /// Estimates of a run, sample by sample.
 std::vector<SE2> estimates(const std::vector<simulation::Step>& steps,
-                           const VectorFieldSlamParams& params, bool wait = true) {
+                           const VectorFieldSlamParams& params, bool wait = true,
+                           int* late = nullptr) {
   VectorFieldSlam filter(params, 1);
   if (wait) filter.wait_for_background();
   std::vector<SE2> result;
@@ -21,7 +23,8 @@ std::vector<SE2> estimates(const std::vector<simulation::Step>& steps,
     filter.predict({now, next, s.odometry});
     field_core::Sample sample{next, {}, {}};
     for (int i = 0; i < 4; ++i) sample.readings.push_back({i, s.z[i], 0.0});
-    filter.update(sample);
+    const auto update = filter.update(sample);
+    if (late) *late += std::string(update.reason).find("late") != std::string::npos;
     result.push_back(filter.belief().mean);
     now = next;
   }
@@ -71,7 +74,9 @@ TEST_F(BatchSolverTest, CorrectsAtTheSampleItIsDueAndNotBefore) {
 TEST_F(BatchSolverTest, ALiveFilterNeverWaitsAndStaysUsable) {
   params.background_period = 10;
   params.background_delay = 1;  // this loop is faster than any optimization
-  const auto live = estimates(steps, params, false);
+  int late = 0;
+  const auto live = estimates(steps, params, false, &late);
+  EXPECT_GT(late, 0);  // and says so
   EXPECT_LT(error(steps, live), 0.5);
 }
 
@@ -86,24 +91,70 @@ TEST_F(BatchSolverTest, CorrectedEstimatesStayGood) {
   EXPECT_GT(batch, 0.01);  // less than a sample's noise could tell
 }
 
-TEST_F(BatchSolverTest, SavesTheTrajectoryAndRestoresTheFilter) {
-  params.solver = SolverType::batch;
-  VectorFieldSlam filter(params, 1);
-  field_core::Stamp now(0);
-  for (int t = 0; t < 100; ++t) {
-    const auto next = now + std::chrono::milliseconds(500);
-    filter.predict({now, next, steps[t].odometry});
-    field_core::Sample sample{next, {}, {}};
-    for (int i = 0; i < 4; ++i) sample.readings.push_back({i, steps[t].z[i], 0.0});
-    filter.update(sample);
-    now = next;
+/// A filter that is fed sample by sample.
+struct Fed {
+  VectorFieldSlam filter;
+  field_core::Stamp now{0};
+  std::size_t next = 0;
+
+  explicit Fed(const VectorFieldSlamParams& params) : filter(params, 1) {
+    filter.wait_for_background();
   }
-  const auto state = filter.state();
-  EXPECT_EQ(state.matrix("trajectory").rows(), 4);
-  EXPECT_NEAR(state.matrix("trajectory").cols(), 91, 3);  // less what the gate left out
-  VectorFieldSlam other(params, 1);
-  other.restore(state);
-  EXPECT_TRUE(equal(other.belief().mean, filter.belief().mean));
+  void run(const std::vector<simulation::Step>& steps, std::size_t until) {
+    for (; next < until; ++next) {
+      const auto then = now + std::chrono::milliseconds(500);
+      filter.predict({now, then, steps[next].odometry});
+      field_core::Sample sample{then, {}, {}};
+      for (int i = 0; i < 4; ++i) sample.readings.push_back({i, steps[next].z[i], 0.0});
+      filter.update(sample);
+      now = then;
+    }
+  }
+};
+
+/// Whatever is going on when the state is saved: between corrections, and while one is under way.
+struct Saved : BatchSolverTest, testing::WithParamInterface<std::pair<SolverType, int>> {};
+
+TEST_P(Saved, TheRunGoesOnBitForBit) {
+  params.solver = GetParam().first;
+  params.background_period = 50;
+  params.background_delay = 20;
+  Fed one(params), other(params);
+  one.run(steps, static_cast<std::size_t>(GetParam().second));
+  const auto state = one.filter.state();
+  EXPECT_EQ(state.numbers().count("job_poses"),
+            GetParam().first == SolverType::eseif && GetParam().second == 118 ? 1u : 0u);
+  other.filter.restore(state);
+  other.now = one.now;
+  other.next = one.next;
+  for (std::size_t t = one.next; t < 330; ++t) {
+    one.run(steps, t);
+    other.run(steps, t);
+    ASSERT_TRUE(equal(one.filter.belief().mean, other.filter.belief().mean)) << t;
+  }
+  const auto a = one.filter.state(), b = other.filter.state();
+  EXPECT_EQ(a.matrix("trajectory"), b.matrix("trajectory"));
+  EXPECT_EQ(a.matrix("batch_counts"), b.matrix("batch_counts"));
+  EXPECT_GE(a.matrix("batch_counts")(2), 4.0);  // corrections were made after the restore too
+}
+
+INSTANTIATE_TEST_SUITE_P(BatchSolver, Saved,
+                         testing::Values(std::make_pair(SolverType::batch, 100),
+                                         std::make_pair(SolverType::eseif, 95),
+                                         std::make_pair(SolverType::eseif, 118)));
+
+TEST_F(BatchSolverTest, ADamagedLogIsRefusedAndChangesNothing) {
+  params.solver = SolverType::batch;
+  Fed one(params), other(params);
+  one.run(steps, 100);
+  other.run(steps, 60);
+  const SE2 before = other.filter.belief().mean;
+  auto state = one.filter.state();
+  Eigen::MatrixXd measurements = state.matrix("log_measurements");
+  measurements(0, 7) = 1e6;  // a pose that is not there
+  state.set("log_measurements", measurements);
+  EXPECT_THROW(other.filter.restore(state), field_core::DataError);
+  EXPECT_TRUE(equal(other.filter.belief().mean, before));
 }
 
 }  // namespace

@@ -194,6 +194,11 @@ TEST(BadInput, OdometryThatJumpsOverCells) {
   drive.filter.predict({drive.now, drive.now + milliseconds(50), field_core::SE2(2.2, 0.3, 0.4)});
   EXPECT_LT(drive.error(), before + 1e-9);
   EXPECT_GT(drive.pose_variance(), 2.0 * 0.05 * 0.05);
+  drive.predict();
+  EXPECT_NE(std::string(drive.update(drive.sample()).reason).find("odometry jumped"),
+            std::string::npos);
+  drive.predict();
+  EXPECT_STREQ(drive.update(drive.sample()).reason, "");  // told once
   drive.run(250);
   EXPECT_LT(drive.error(), kFrame);
   EXPECT_FALSE(drive.filter.health().lost);

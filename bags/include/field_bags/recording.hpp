@@ -30,6 +30,7 @@ struct Recording {
   field_core::Trajectory odometry;  ///< base_link in odom, accumulated
   std::vector<std::string> fields;
   std::vector<FieldRow> measurements;  ///< at least one finite value per row
+  std::size_t repeated = 0;            ///< readings left out: the same field at the same stamp
   std::vector<PositionRow> positions;
   field_core::Trajectory truth;  ///< base_link in map; may be empty
   std::string sensor_frame = "base_link";

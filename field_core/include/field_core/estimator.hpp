@@ -86,8 +86,9 @@ struct PositionObservation {
 /// What became of a sample, with the filter's own check of it.
 struct UpdateResult {
   bool applied = true;
-  const char* reason =
-      "";            ///< why it was skipped: one of a few static texts, counted in diagnostics
+  /// Why it was skipped, or what was odd about one that was applied ("": nothing): one of a few
+  /// static texts, counted in diagnostics.
+  const char* reason = "";
   double nis = 0.0;  ///< normalized innovation squared of the prediction before the update
   int nis_dof = 0;   ///< its degrees of freedom; 0: no statement
 

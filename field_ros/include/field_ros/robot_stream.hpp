@@ -30,6 +30,7 @@ struct SessionCounts {
   std::uint64_t recoveries = 0;      ///< global localizations because the robot was lost
   std::uint64_t unknown_fields = 0;  ///< names that are not configured, in messages that were used
   Counts skipped;                    ///< by the estimator's reason
+  Counts noted;                      ///< applied, but odd: by the estimator's reason
   Counts dropped;                    ///< by drop_name()
   double nis_sum = 0.0;              ///< over applied samples that make a statement
   std::uint64_t nis_dof_sum = 0;

@@ -28,9 +28,9 @@ def config(name, folder="bags", estimator="gp_localize"):
     return package("field_config") / folder / f"{name}.{estimator}.yaml"
 
 
-def configured_bags():
-    """Names of the bundled bags that come with a configuration of gp_localize."""
-    files = (package("field_config") / "bags").glob("*.gp_localize.yaml")
+def configured_bags(estimator="gp_localize"):
+    """Names of the bundled bags that come with a configuration of the estimator."""
+    files = (package("field_config") / "bags").glob(f"*.{estimator}.yaml")
     return sorted(path.name.split(".")[0] for path in files)
 
 

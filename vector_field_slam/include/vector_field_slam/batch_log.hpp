@@ -21,6 +21,11 @@ class BatchLog {
   void observe(const Mounting<double>& mounting, const Observation<double>* observations, int count,
                const Solver& after);
 
+  /// Complete: a log goes on after a restore as if nothing had been. restore @throws
+  /// field_core::DataError and changes nothing then.
+  void save(field_core::State& state) const;
+  void restore(const field_core::State& state);
+
   const BatchProblem<M>& problem() const { return problem_; }
   BatchProblem<M>& problem() { return problem_; }
 

@@ -52,9 +52,10 @@ class BatchSolver final : public Solver {
     return online_.node_covariance(nodes);
   }
 
-  /// The online filter, and all poses of the run as the batch sees them: block "trajectory",
-  /// columns (stamp [ns], x, y, yaw), after one more optimization. The log itself is not kept:
-  /// after a restore a new one starts, and with it the corrections.
+  /// The online filter, the log, and an optimization that is under way (its result is waited for):
+  /// what follows a restore is the same. For those who read it, block "trajectory" holds all poses
+  /// of the run as the batch sees them after one more optimization, columns (stamp [ns], x, y,
+  /// yaw).
   void save(field_core::State& state) const override;
   void restore(const field_core::State& state) override;
 
@@ -64,16 +65,17 @@ class BatchSolver final : public Solver {
 
  private:
   struct Job {
-    BatchProblem<M> problem;  ///< before, then after
-    RobotVector robot;        ///< of the online filter when it began
+    RobotVector robot;  ///< of the online filter when it began
     std::vector<Eigen::Matrix<double, M, 1>> nodes;
-    std::future<BatchProblem<M>> result;
-    int due;
+    std::shared_future<BatchProblem<M>> result;
+    int due = 0;
   };
 
   void begin();
   void finish();
   void correct(const BatchProblem<M>& result);
+  void save_job(field_core::State& state) const;
+  Job load_job(const field_core::State& state, const BatchProblem<M>& problem) const;
   std::vector<Eigen::Matrix<double, M, 1>> node_means() const;
 
   Model<M> model_;

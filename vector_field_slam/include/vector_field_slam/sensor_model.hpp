@@ -5,12 +5,14 @@
 //   scalar     z_i = h0_i                                        WiFi, light, temperature
 //   planar_x   z_i =  cos(phi) h0_i + sin(phi) h0_k + c_x        eq. (47); k is the partner channel
 //   planar_y   z_i = -sin(phi) h0_k + cos(phi) h0_i + c_y
-//   range      z_i = sqrt(|p|^2 + h0_i)                          radio beacons
+//   range      z_i = |p|^2 + h0_i                                radio beacons; z_i = r^2
 // Optical beacon pairs are planar_x, planar_y for each spot; a magnetometer is one such pair and a
 // scalar for the vertical axis (whose offset cannot be told from the field). The offset c is shared
-// by all planar channels. The nodes of a range channel hold r^2 - |p|^2, p relative to node (0, 0):
-// of a beacon at b that is |b|^2 - 2 b.p, linear in p, which bilinear interpolation represents
-// exactly wherever the beacon is; a map of r itself has a cusp at the beacon.
+// by all planar channels. A range channel is observed by its square, see as_observation(): of a
+// beacon at b, r^2 - |p|^2 = |b|^2 - 2 b.p is linear in p, which bilinear interpolation represents
+// exactly wherever the beacon is (a map of r has a cusp at the beacon), and r^2 is linear in the
+// nodes (r is not: with nodes that are hardly known, its derivative is wrong by any factor, and the
+// filter learns what is not so). p is relative to node (0, 0).
 #pragma once
 
 #include "vector_field_slam/bilinear.hpp"
@@ -29,13 +31,22 @@ struct Channel {
 constexpr int kPose = 3;
 constexpr int kRobot = 5;
 
-/// One reading that a solver is to use.
+/// One reading that a solver is to use; of a range its square.
 template <class S>
 struct Observation {
   int channel;
   S value;
   S variance;  ///< Q, > 0
 };
+
+/// A reading of a channel as the solvers use it. A range r with noise variance q becomes r^2 - q,
+/// for the true square is on average by q smaller, with variance 4 r^2 q + 2 q^2.
+template <class S>
+Observation<S> as_observation(int channel, ChannelKind kind, S reading, S variance) {
+  if (kind != ChannelKind::range) return {channel, reading, variance};
+  const S square = reading * reading;
+  return {channel, square - variance, S(4) * square * variance + S(2) * variance * variance};
+}
 
 /// Where the sensor sits on the robot.
 template <class S>
@@ -79,8 +90,6 @@ template <class S, int M>
 struct SensorModel {
   Channel channels[M];
 
-  static constexpr S kShortestRange = S(0.1);  ///< [m] sqrt has no derivative at 0
-
   /// Interpolated value of a channel and its derivatives by the place. `nodes[j]` points to the M
   /// values of node j of the cell.
   static void interpolate(const Interpolation<S>& at, const S* const* nodes, int channel, S& value,
@@ -102,7 +111,9 @@ struct SensorModel {
     interpolate(at, nodes, channel, h, h_x, h_y);
     ChannelPrediction<S> p{h, {h_x, h_y, S(0), S(0), S(0)}, S(1), S(0), -1};
     if (role.kind == ChannelKind::range) {
-      range(at, h, p);
+      p.value = at.x * at.x + at.y * at.y + h;
+      p.robot[0] += S(2) * at.x;
+      p.robot[1] += S(2) * at.y;
     } else if (role.kind != ChannelKind::scalar) {
       S g, g_x, g_y;
       interpolate(at, nodes, role.partner, g, g_x, g_y);
@@ -128,7 +139,7 @@ struct SensorModel {
     const Channel role = channels[channel];
     switch (role.kind) {
       case ChannelKind::range:
-        return reading * reading - grid_x * grid_x - grid_y * grid_y;
+        return reading - grid_x * grid_x - grid_y * grid_y;
       case ChannelKind::planar_x:
         return sensor.cos_yaw * (reading - offset[0]) -
                sensor.sin_yaw * (partner_reading - offset[1]);
@@ -138,16 +149,6 @@ struct SensorModel {
       default:
         return reading;
     }
-  }
-
- private:
-  static void range(const Interpolation<S>& at, S h, ChannelPrediction<S>& p) {
-    const S square = at.x * at.x + at.y * at.y + h;
-    const S shortest = kShortestRange;
-    p.value = square > shortest * shortest ? std::sqrt(square) : shortest;
-    p.own = S(0.5) / p.value;
-    p.robot[0] = p.own * (p.robot[0] + S(2) * at.x);
-    p.robot[1] = p.own * (p.robot[1] + S(2) * at.y);
   }
 };
 

@@ -24,14 +24,15 @@ class VectorFieldSlam {
  public:
   using Params = VectorFieldSlamParams;
   static constexpr const char* kName = "vector_field_slam";
-  static constexpr std::uint32_t kStateVersion = 1;
+  static constexpr std::uint32_t kStateVersion = 2;
 
   VectorFieldSlam(const Params& params, std::uint64_t seed);
 
   void predict(const field_core::OdometryIncrement& increment);
   /// Skips: "no known channel", "not moved enough" (update_min_d, update_min_a), "first
   /// measurements" (start_measurements), "no map loaded" (localize_only), "searching the map"
-  /// (after scatter), and what the solver leaves out.
+  /// (after scatter), and what the solver leaves out. Notes: odometry that jumped since the last
+  /// one, a background correction that is late.
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
@@ -60,6 +61,7 @@ class VectorFieldSlam {
 
  private:
   bool moved_enough() const;
+  bool believable(const field_core::OdometryIncrement& increment) const;
   OdometryStep<double> step_of(const field_core::OdometryIncrement& increment,
                                const field_core::SE2& pose) const;
   void collect_observations(const field_core::Sample& sample);
@@ -81,6 +83,7 @@ class VectorFieldSlam {
   bool started_ = false, wait_ = false;
   std::vector<bool> seen_;  // channels that were ever observed
   int rejected_ = 0;        // measurements in a row outside the gate
+  const char* note_ = "";   // what is to be told of the next measurement
   field_core::Stamp stamp_{0};
   bool updated_ = false;
   double moved_distance_ = 0.0, moved_angle_ = 0.0;  // since the last update
