@@ -1,6 +1,5 @@
 #!/usr/bin/python3
 """Lost and found: the kidnapped robot, the verdict in /diagnostics, automatic recovery."""
-import math
 import pathlib
 import shutil
 import tempfile
@@ -13,7 +12,7 @@ from std_srvs.srv import Empty
 
 from support import messages, recordings
 from support.live import Diagnostics, start_test_node, wait_for
-from support.robot import Robot
+from support.robot import TwoFieldRobot
 from support.runner import main
 
 ERROR = 2  # diagnostic_msgs/DiagnosticStatus
@@ -26,25 +25,12 @@ KNOWN_MAP = recordings.tiny_config(particles=1500, mode="localization", support=
                                    lost={"nis": 3.0, "window": 6, "recovery_share": 0.0})
 
 
-def sound_at(x, y):
-    return 40.0 + 3.0 * math.sin(0.8 * y + 0.5) + 2.0 * math.cos(0.9 * x - 0.4 * y)
-
-
-class TwoFieldRobot(Robot):
-    """One field alone leaves the filter a way out: along a line of equal light."""
-
-    def measure(self, time):
-        x, y, _ = self.truth(time)
-        self.field.publish(messages.measurement(self.start + time, light=recordings.light_at(x, y),
-                                                sound=sound_at(x, y)))
-
-
 def survey(folder):
     """Both fields everywhere in the region. Where nothing is known, nothing contradicts a pose."""
     file = pathlib.Path(folder) / "survey.csv"
     places = [(x / 2.0, y / 2.0) for x in range(-10, 11) for y in range(-10, 11)]
     file.write_text("x_m,y_m,light,sound\n" + "".join(
-        f"{x},{y},{recordings.light_at(x, y)},{sound_at(x, y)}\n" for x, y in places))
+        f"{x},{y},{recordings.light_at(x, y)},{recordings.sound_at(x, y)}\n" for x, y in places))
     return file
 
 

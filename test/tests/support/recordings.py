@@ -33,6 +33,10 @@ def light_at(x, y):
     return 5.0 + 2.0 * math.sin(1.1 * x) * math.cos(0.7 * y) + 0.3 * x
 
 
+def sound_at(x, y):
+    return 40.0 + 3.0 * math.sin(0.8 * y + 0.5) + 2.0 * math.cos(0.9 * x - 0.4 * y)
+
+
 def circle(seconds, radius=2.0, period=20.0):
     """Pose (x, y, yaw) of a robot on a circle that starts at the origin, heading along x."""
     angle = 2.0 * math.pi * seconds / period
