@@ -14,7 +14,7 @@ packages=(
   xvfb libgl1-mesa-dri python3-pil
   # The information filter on a microcontroller, in tests.
   gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm
-  python3-diagnostic-msgs python3-nav-msgs python3-std-srvs python3-visualization-msgs
+  python3-diagnostic-msgs python3-dynamic-reconfigure python3-nav-msgs python3-std-srvs python3-visualization-msgs
   python3-numpy python3-matplotlib python3-yaml python3-tf
 )
 missing=()

@@ -9,7 +9,8 @@ import sys
 
 import replays
 
-BAGS = ["office_wifi", "hall_light", "warehouse_magnetic"]
+NODES = ["gp_localize", "vector_field_slam", "gmrf_slap"]
+BAGS = ["office_wifi", "hall_light", "warehouse_magnetic", "beacons"]
 RECORDINGS = ["gpl_pioneer", "gpl_ieq", "gpl_wss"]
 HEADER = ("| run | method | mean error [m] | min to max over seeds | RMSE [m] | 95 % [m] | in 90 % ellipse |\n"
           "|---|---|---|---|---|---|---|\n")
@@ -26,28 +27,35 @@ def row(run, method, all_errors):
     return "| " + " | ".join(cells) + " |\n"
 
 
-def rows_of(run, seeds, output, pool):
-    """Rows of one run; the replays go on side by side, each on one core."""
+def variants_of(run, output):
+    """(what the row says, configuration) of one node on one recording."""
+    if run.node != "gp_localize":
+        return [(run.node, run.config)]
+    return [("gp_localize, a map per particle", run.variant(output, map_hypotheses="particle")),
+            ("gp_localize, the paper's sample paths", run.variant(output, map_hypotheses="sample_paths"))]
+
+
+def rows_of(runs, seeds, output, pool):
+    """Rows of one recording under each node; the replays go on side by side, each on one core."""
     output.mkdir(parents=True, exist_ok=True)
-    variants = [("a map per particle", run.variant(output, map_hypotheses="particle")),
-                ("the paper's sample paths", run.variant(output, map_hypotheses="sample_paths"))]
 
     def errors_of(job):
-        method, config, seed = job
-        directory = output / f"{config.stem}_{seed}"
+        run, method, config, seed = job
+        directory = output / f"{run.node}_{config.stem}_{seed}"
         run.replay(config, seed, directory)
         field = next(iter(run.fields)) if seed == 1 else None
         print(f"{run.name}, {method}, seed {seed}", file=sys.stderr)
         return run.evaluate(directory, field, f"{run.name}: {method}")[0]
 
-    jobs = [(method, config, seed) for method, config in variants for seed in range(1, seeds + 1)]
+    variants = [(run, method, config) for run in runs for method, config in variants_of(run, output)]
+    jobs = [(run, method, config, seed) for run, method, config in variants
+            for seed in (range(1, seeds + 1) if run.node != "vector_field_slam" else [1])]
     errors = list(pool.map(errors_of, jobs))
-    scaled = errors[0]["odometry, best scale"]
-    text = row(run.name, "odometry alone", [errors[0]["odometry"]])
-    text += row(run.name, f"odometry x {scaled['translation_scale']:.3f}", [scaled])
-    for number, (method, _) in enumerate(variants):
-        estimates = [e["estimate"] for e in errors[number * seeds:(number + 1) * seeds]]
-        text += row(run.name, method, estimates)
+    name, scaled = runs[0].name, errors[0]["odometry, best scale"]
+    text = row(name, "odometry alone", [errors[0]["odometry"]])
+    text += row(name, f"odometry x {scaled['translation_scale']:.3f}", [scaled])
+    for _, method, _ in variants:
+        text += row(name, method, [e["estimate"] for job, e in zip(jobs, errors) if job[1] == method])
     return text
 
 
@@ -58,16 +66,16 @@ def main():
     parser.add_argument("--output", type=pathlib.Path, required=True)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    runs = [replays.bundled(name) for name in BAGS]
+    recordings = [[run for node in NODES if (run := replays.bundled(name, node))] for name in BAGS]
     for name in RECORDINGS:
         folder = arguments.data / name
         if folder.is_dir():
-            runs.append(replays.recording(folder, arguments.output))
+            recordings.append([replays.recording(folder, arguments.output)])
         else:
             print(f"skipped: {folder} is not there", file=sys.stderr)
     with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         table = HEADER + "".join(
-            rows_of(run, arguments.seeds, arguments.output / run.name, pool) for run in runs)
+            rows_of(runs, arguments.seeds, arguments.output / runs[0].name, pool) for runs in recordings)
     (arguments.output / "results.md").write_text(table)
     print(table)
 

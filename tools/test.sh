@@ -7,7 +7,7 @@ build_workspace
 
 select=()
 [ $# -gt 0 ] && select=(--packages-select "$@")
-rm -rf "$build_dir"/*/test_results
+rm -rf "$build_dir"/*/{test_results,Testing}
 use_workspace
 note "running the tests"
 status=0

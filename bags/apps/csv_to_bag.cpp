@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     const auto recording = field_bags::read_csv_recording(
         odometry, measurements, truth,
         sort ? field_bags::RowOrder::any : field_bags::RowOrder::increasing);
-    field_bags::write_bag(recording, output);
+    field_bags::write_bag({recording}, output);
     std::cout << output << ": " << recording.odometry.size() << " odometry poses, "
               << recording.measurements.size() << " measurements of " << recording.fields.size()
               << (recording.fields.size() == 1 ? " field\n" : " fields\n");

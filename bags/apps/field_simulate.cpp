@@ -10,7 +10,8 @@
 int main(int argc, char** argv) {
   CLI::App app(
       "Simulates a robot that drives through the fields of a world file and writes a bag with\n"
-      "/odom, /tf, /field and /ground_truth. The same world and seed give the same bytes.",
+      "/odom, /tf, /field and /ground_truth (of several robots, each below its name). The same "
+      "world and seed give the same bytes.",
       "field_simulate");
   std::string world, output, survey;
   std::uint64_t seed = 0;
@@ -32,14 +33,16 @@ int main(int argc, char** argv) {
       "print every key of a world file with its default, unit and range");
   return field_bags::run_program(app, argc, argv, [&]() {
     const field_bags::WorldParams params = field_bags::load_world(world);
-    const field_bags::Recording recording = field_bags::simulate(params, seed);
+    const std::vector<field_bags::Recording> robots = field_bags::simulate_all(params, seed);
     if (!survey.empty()) {
       const std::string csv = field_bags::simulate_survey(params, seed, spacing);
       field_core::write_file_atomically(survey, csv);
     }
-    field_bags::write_bag(recording, output);
-    std::cout << output << ": " << recording.odometry.size() << " odometry poses, "
-              << recording.measurements.size() << " measurements of " << recording.fields.size()
-              << (recording.fields.size() == 1 ? " field\n" : " fields\n");
+    field_bags::write_bag(robots, output);
+    for (const field_bags::Recording& r : robots) {
+      std::cout << output << ": " << (r.robot.empty() ? "" : r.robot + ": ") << r.odometry.size()
+                << " odometry poses, " << r.measurements.size() << " measurements of "
+                << r.fields.size() << (r.fields.size() == 1 ? " field\n" : " fields\n");
+    }
   });
 }

@@ -38,12 +38,12 @@ ros::Time to_ros(field_core::Stamp stamp) {
                    static_cast<std::uint32_t>(ns % kSecond));
 }
 
-nav_msgs::Odometry odometry_message(const field_core::StampedPose& pose,
+nav_msgs::Odometry odometry_message(const std::string& prefix, const field_core::StampedPose& pose,
                                     const field_core::StampedPose* previous) {
   nav_msgs::Odometry message;
   message.header.stamp = to_ros(pose.stamp);
-  message.header.frame_id = "odom";
-  message.child_frame_id = "base_link";
+  message.header.frame_id = prefix + "odom";
+  message.child_frame_id = prefix + "base_link";
   message.pose.pose = pose_message(pose.pose);
   if (previous) {
     const double seconds = field_core::to_seconds(pose.stamp - previous->stamp);
@@ -56,6 +56,15 @@ nav_msgs::Odometry odometry_message(const field_core::StampedPose& pose,
   return message;
 }
 
+geometry_msgs::PoseWithCovarianceStamped position_message(const PositionRow& row) {
+  geometry_msgs::PoseWithCovarianceStamped message;
+  message.header.stamp = to_ros(row.stamp);
+  message.header.frame_id = "map";
+  message.pose.pose = pose_message({row.position.x(), row.position.y(), 0.0});
+  message.pose.covariance[0] = message.pose.covariance[7] = row.variance;
+  return message;
+}
+
 geometry_msgs::PoseStamped truth_message(const field_core::StampedPose& pose) {
   geometry_msgs::PoseStamped message;
   message.header.stamp = to_ros(pose.stamp);
@@ -64,8 +73,10 @@ geometry_msgs::PoseStamped truth_message(const field_core::StampedPose& pose) {
   return message;
 }
 
-tf2_msgs::TFMessage transform_message(field_core::Stamp stamp, const std::string& parent,
-                                      const std::string& child, const field_core::SE2& pose) {
+geometry_msgs::TransformStamped transform_message(field_core::Stamp stamp,
+                                                  const std::string& parent,
+                                                  const std::string& child,
+                                                  const field_core::SE2& pose) {
   geometry_msgs::TransformStamped transform;
   transform.header.stamp = to_ros(stamp);
   transform.header.frame_id = parent;
@@ -73,9 +84,7 @@ tf2_msgs::TFMessage transform_message(field_core::Stamp stamp, const std::string
   transform.transform.translation.x = pose.x();
   transform.transform.translation.y = pose.y();
   transform.transform.rotation = quaternion(pose.yaw());
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform);
-  return message;
+  return transform;
 }
 
 field_msgs::FieldMeasurement field_message(const std::string& frame,

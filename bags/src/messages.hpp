@@ -3,9 +3,10 @@
 
 #include <field_msgs/FieldMeasurement.h>
 #include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <optional>
 #include <string>
@@ -18,12 +19,16 @@ namespace field_bags {
 /// @throws field_core::DataError for a time before 0 or after 2106, which ROS cannot hold
 ros::Time to_ros(field_core::Stamp stamp);
 
+/// @param prefix of the robot's frames; "": none
 /// @param previous the odometry pose before, for the velocity; null for the first
-nav_msgs::Odometry odometry_message(const field_core::StampedPose& pose,
+nav_msgs::Odometry odometry_message(const std::string& prefix, const field_core::StampedPose& pose,
                                     const field_core::StampedPose* previous);
+geometry_msgs::PoseWithCovarianceStamped position_message(const PositionRow& row);
 geometry_msgs::PoseStamped truth_message(const field_core::StampedPose& pose);
-tf2_msgs::TFMessage transform_message(field_core::Stamp stamp, const std::string& parent,
-                                      const std::string& child, const field_core::SE2& pose);
+geometry_msgs::TransformStamped transform_message(field_core::Stamp stamp,
+                                                  const std::string& parent,
+                                                  const std::string& child,
+                                                  const field_core::SE2& pose);
 field_msgs::FieldMeasurement field_message(const std::string& frame,
                                            const std::vector<std::string>& names,
                                            const FieldRow& row);

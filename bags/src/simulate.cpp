@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "field_core/csv.hpp"
+#include "field_core/errors.hpp"
 
 namespace field_bags {
 namespace {
@@ -58,47 +59,96 @@ bool any_observed(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-void record_motion(const WorldParams& params, const Drive& drive, Random& random,
+/// When a robot is switched on: from its joining, where its drive begins.
+struct Shift {
+  Stamp start;
+  double duration;  // [s]
+};
+
+Shift shift_of(const RobotParams& robot, double duration) {
+  const double end = robot.leaves > 0.0 ? std::min(robot.leaves, duration) : duration;
+  if (!(robot.joins < end)) {
+    throw field_core::ParameterError("joins", "is not before the end of the run");
+  }
+  return {kStart + field_core::stamp_from_seconds(robot.joins), end - robot.joins};
+}
+
+void record_motion(const RobotParams& robot, const Shift& shift, const Drive& drive, Random& random,
                    Recording& recording) {
   SE2 odometry, before = drive.at(0.0);
-  for (std::size_t k = 0; k < ticks(params.duration, params.odometry.rate); ++k) {
-    const Stamp since = tick(k, params.odometry.rate);
+  for (std::size_t k = 0; k < ticks(shift.duration, robot.odometry.rate); ++k) {
+    const Stamp since = tick(k, robot.odometry.rate);
     const SE2 truth = drive.at(field_core::to_seconds(since));
-    odometry = odometry * reported_motion(before.between(truth), params.odometry, random);
+    odometry = odometry * reported_motion(before.between(truth), robot.odometry, random);
     before = truth;
-    recording.truth.push_back({kStart + since, rounded(truth), std::nullopt});
-    recording.odometry.push_back({kStart + since, rounded(odometry), std::nullopt});
+    recording.truth.push_back({shift.start + since, rounded(truth), std::nullopt});
+    recording.odometry.push_back({shift.start + since, rounded(odometry), std::nullopt});
   }
 }
 
-void record_fields(const WorldParams& params, const World& world, const Drive& drive,
-                   Random& random, Recording& recording) {
-  for (std::size_t k = 0; k < ticks(params.duration, params.sensor.rate); ++k) {
-    const Stamp since = tick(k, params.sensor.rate);
+void record_fields(const RobotParams& robot, const Shift& shift, const World& world,
+                   const Drive& drive, Random& random, Recording& recording) {
+  for (std::size_t k = 0; k < ticks(shift.duration, robot.sensor.rate); ++k) {
+    const Stamp since = tick(k, robot.sensor.rate);
     const SE2 sensor = drive.at(field_core::to_seconds(since)) * recording.sensor_in_base;
-    FieldRow row{kStart + since, read_all(world, sensor, params.sensor, random)};
+    FieldRow row{shift.start + since, read_all(world, sensor, robot.sensor, random)};
     if (any_observed(row.values)) recording.measurements.push_back(std::move(row));
   }
 }
 
-}  // namespace
+void record_positions(const PositionParams& position, const Shift& shift, const Drive& drive,
+                      Random& random, Recording& recording) {
+  if (position.rate <= 0.0) return;
+  for (std::size_t k = 0; k < ticks(shift.duration, position.rate); ++k) {
+    const Stamp since = tick(k, position.rate);
+    const Eigen::Vector2d truth = drive.at(field_core::to_seconds(since)).translation();
+    const double x = random.normal(truth.x(), position.stddev);
+    const double y = random.normal(truth.y(), position.stddev);
+    recording.positions.push_back({shift.start + since,
+                                   {rounded(x, kReadingStep), rounded(y, kReadingStep)},
+                                   position.stddev * position.stddev});
+  }
+}
 
-Recording simulate(const WorldParams& params, std::uint64_t seed) {
-  const World world(params, seed);
-  Random route_random = random_stream(seed, "route");
+Recording record(const World& world, const WorldParams& params, const RobotParams& robot,
+                 const std::string& name, std::uint64_t seed) {
+  const auto stream = [&](const std::string& purpose) {
+    return random_stream(seed, name.empty() ? purpose : purpose + "/" + name);
+  };
+  const Shift shift = shift_of(robot, params.duration);
+  Random route_random = stream("route");
   const Drive drive(
-      make_route(params.route, params.area, params.duration * params.drive.speed, route_random),
-      params.drive);
+      make_route(robot.route, params.area, shift.duration * robot.drive.speed, route_random),
+      robot.drive);
   Recording recording;
+  recording.robot = name;
   for (const Channel& channel : world.channels()) recording.fields.push_back(channel.name);
-  const std::vector<double>& mount = params.sensor.mounting;
+  const std::vector<double>& mount = robot.sensor.mounting;
   recording.sensor_in_base = SE2(mount[0], mount[1], mount[2]);
   if (mount != std::vector<double>{0.0, 0.0, 0.0}) recording.sensor_frame = "field_sensor";
-  Random odometry_random = random_stream(seed, "odometry");
-  record_motion(params, drive, odometry_random, recording);
-  Random sensor_random = random_stream(seed, "sensor");
-  record_fields(params, world, drive, sensor_random, recording);
+  Random odometry_random = stream("odometry");
+  record_motion(robot, shift, drive, odometry_random, recording);
+  Random sensor_random = stream("sensor");
+  record_fields(robot, shift, world, drive, sensor_random, recording);
+  Random position_random = stream("position");
+  record_positions(robot.position, shift, drive, position_random, recording);
   return recording;
+}
+
+}  // namespace
+
+std::vector<Recording> simulate_all(const WorldParams& params, std::uint64_t seed) {
+  const World world(params, seed);
+  std::vector<Recording> recordings;
+  if (params.robots.empty()) recordings.push_back(record(world, params, params, "", seed));
+  for (const auto& [name, robot] : params.robots) {
+    recordings.push_back(record(world, params, robot, name, seed));
+  }
+  return recordings;
+}
+
+Recording simulate(const WorldParams& params, std::uint64_t seed) {
+  return simulate_all(params, seed).front();
 }
 
 std::string simulate_survey(const WorldParams& params, std::uint64_t seed, double spacing) {

@@ -1,5 +1,7 @@
 #include "field_bags/world.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <set>
 
 #include "field_core/errors.hpp"
@@ -24,8 +26,26 @@ void WorldParams::validate() const {
                          "gp_fields, wifi/access_points, beacons/spots or "
                          "magnetic/dipoles");
   }
+  if (robots.empty()) RobotParams::validate();
+  for (const auto& entry : robots) {
+    const auto legal = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+    const std::string& name = entry.first;
+    if (std::isalpha(static_cast<unsigned char>(name[0])) &&
+        std::all_of(name.begin(), name.end(), legal)) {
+      continue;
+    }
+    throw ParameterError("robots/" + name,
+                         "becomes topics and frames; begin with a letter and use letters, digits "
+                         "and '_' only");
+  }
+}
+
+void RobotParams::validate() const {
   if (route.kind == RouteKind::waypoints && route.waypoints.size() < 2) {
     throw ParameterError("route/waypoints", "needs at least two points for kind: waypoints");
+  }
+  if (leaves > 0.0 && leaves <= joins) {
+    throw ParameterError("leaves", "must be later than joins, or 0");
   }
 }
 

@@ -60,8 +60,11 @@ TEST(BundledBags, AreThoseOfTheManifestAndSmall) {
 }
 
 TEST(BundledBags, AreRegeneratedBitForBitFromTheirWorlds) {
-  const std::map<std::string, int> seeds{
-      {"office_wifi", 1}, {"hall_light", 2}, {"warehouse_magnetic", 3}, {"beacons", 4}};
+  const std::map<std::string, int> seeds{{"office_wifi", 1},
+                                         {"hall_light", 2},
+                                         {"warehouse_magnetic", 3},
+                                         {"beacons", 4},
+                                         {"two_robots_light", 5}};
   const ScratchFolder folder;
   for (const auto& [name, seed] : seeds) {
     const std::string output = folder / (name + ".bag");
@@ -96,6 +99,11 @@ TEST_F(FieldSimulate, RefusesWorldsThatMakeNoSense) {
   expect_refused(with("[-2, -2, 2, 2]", "[2, -2, -2, 2]"), {"world.yaml:2", "area"});
   expect_refused(with("random_waypoints}", "random_waypoints, margin: 2}"), {"route/margin"});
   expect_refused(with("random_waypoints", "waypoints"), {"route/waypoints", "two points"});
+  expect_refused(with("random_waypoints}", "random_waypoints}\nrobots: {anna: {joins: 3}}"),
+                 {"robots/anna/route/waypoints", "two points"});
+  expect_refused(with("random_waypoints}",
+                      "random_waypoints}\nrobots: {a b: {route: {kind: random_waypoints}}}"),
+                 {"robots/a b", "letters"});
   expect_refused("duration: 9\narea: [0, 0, 1, 1]\nroute: {kind: lawn_mower}\n", {"no field"});
 }
 

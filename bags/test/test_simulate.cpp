@@ -115,5 +115,46 @@ TEST(Simulate, SurveyIsAGridOverTheArea) {
   EXPECT_NE(csv.find("\n-2.5,5,"), std::string::npos);
 }
 
+TEST(Simulate, RobotsShareTheFieldAndNothingElse) {
+  WorldParams world = small_world();
+  world.duration = 300.0;
+  world.robots["anna"].route.kind = RouteKind::random_waypoints;
+  world.robots["bert"] = world.robots["anna"];
+  world.robots["bert"].joins = 100.0;
+  world.robots["bert"].leaves = 250.0;
+  world.robots["bert"].position.rate = 1.0;
+  world.robots["bert"].position.stddev = 2.0;
+  const auto robots = simulate_all(world, 6);
+  ASSERT_EQ(2u, robots.size());
+  EXPECT_EQ("anna", robots[0].robot);
+  EXPECT_TRUE(robots[0].positions.empty());
+  EXPECT_EQ(std::chrono::seconds(1100), robots[1].truth.front().stamp);
+  EXPECT_EQ(std::chrono::seconds(1250), robots[1].truth.back().stamp);
+  EXPECT_EQ(std::chrono::seconds(1250), robots[1].measurements.back().stamp);
+  EXPECT_GT(
+      (robots[0].truth[50].pose.translation() - robots[1].truth[50].pose.translation()).norm(),
+      1e-3)
+      << "routes are drawn for each";
+  const World field(world, 6);
+  for (const Recording& robot : robots) {
+    double sum = 0.0;
+    for (const FieldRow& row : robot.measurements) {
+      const auto pose = field_core::pose_at(robot.truth, row.stamp);
+      ASSERT_TRUE(pose);
+      sum += std::pow(row.values[0] - field.values(*pose)[0], 2);
+    }
+    // 151 and 301 readings with variance 0.25: 5 standard deviations of the sample's variance.
+    EXPECT_NEAR(sum / static_cast<double>(robot.measurements.size()), 0.25, 0.15) << robot.robot;
+  }
+  ASSERT_EQ(151u, robots[1].positions.size());
+  double squares = 0.0;
+  for (const PositionRow& row : robots[1].positions) {
+    EXPECT_EQ(4.0, row.variance);
+    squares += (row.position - field_core::pose_at(robots[1].truth, row.stamp)->translation())
+                   .squaredNorm();
+  }
+  EXPECT_NEAR(squares / 302.0, 4.0, 5.0 * 4.0 * std::sqrt(2.0 / 302.0));
+}
+
 }  // namespace
 }  // namespace field_bags

@@ -36,19 +36,19 @@ Eigen::Matrix3Xd read_readings(const std::string& path, const std::string& topic
   return readings;
 }
 
+// As the node reads it: sensors/<name>/calibration.
 std::string to_yaml(const field_ros::MagnetometerCalibration& c, Eigen::Index readings) {
   std::string text = "# calibrated = matrix * (raw - offset), fitted to " +
                      std::to_string(readings) + " readings\n# spread of the magnitude: raw " +
                      format_number(c.raw_residual) + " T, calibrated " + format_number(c.residual) +
-                     " T, of " + format_number(c.field) + " T\noffset: [";
+                     " T, of " + format_number(c.field) + " T\ncalibration:\n  offset: [";
   for (int i = 0; i < 3; ++i) text += (i > 0 ? ", " : "") + format_number(c.offset(i));
-  text += "]\nmatrix:\n";
-  for (int i = 0; i < 3; ++i) {
-    text += "  - [";
-    for (int j = 0; j < 3; ++j) text += (j > 0 ? ", " : "") + format_number(c.matrix(i, j));
-    text += "]\n";
+  text += "]\n  matrix: [";
+  for (int i = 0; i < 9; ++i) {
+    if (i > 0) text += i % 3 == 0 ? ",\n           " : ", ";
+    text += format_number(c.matrix(i / 3, i % 3));
   }
-  return text;
+  return text + "]\n";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "field_ros/field_grid.hpp"
+#include "field_ros/robot_interface.hpp"
 
 namespace field_ros {
 
@@ -19,6 +20,7 @@ void check_configured(const Configured& configured) {
                            "letters, digits and '_' only");
     }
   }
+  robot_interfaces(configured.node, configured.estimator->robots());
   const field_core::MapRegion region = configured.estimator->map_region();
   const double resolution = configured.node.map_resolution;
   const double cells = (std::ceil((region.x_max - region.x_min) / resolution)) *

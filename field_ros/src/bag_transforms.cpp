@@ -37,10 +37,11 @@ void BagTransforms::load() {
   });
 }
 
-std::optional<field_core::SE2> BagTransforms::operator()(const std::string& frame,
+std::optional<field_core::SE2> BagTransforms::operator()(const std::string& base,
+                                                         const std::string& frame,
                                                          field_core::Stamp stamp) {
   if (!buffer_) load();
-  return lookup_placement(*buffer_, base_, frame, stamp);
+  return lookup_placement(*buffer_, base, frame, stamp);
 }
 
 }  // namespace field_ros

@@ -33,6 +33,27 @@ nav_msgs::MapMetaData info(const PredictedGrid& map) {
   return info;
 }
 
+// Channels of 32-bit floats, the data still zero.
+sensor_msgs::PointCloud2 float_cloud(const std::vector<std::string>& channels, std::uint32_t width,
+                                     std::uint32_t height) {
+  sensor_msgs::PointCloud2 out;
+  out.height = height;
+  out.width = width;
+  out.point_step = static_cast<std::uint32_t>(4 * channels.size());
+  out.row_step = out.point_step * out.width;
+  out.is_dense = true;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    sensor_msgs::PointField field;
+    field.name = channels[c];
+    field.offset = static_cast<std::uint32_t>(4 * c);
+    field.datatype = sensor_msgs::PointField::FLOAT32;
+    field.count = 1;
+    out.fields.push_back(field);
+  }
+  out.data.resize(std::size_t{out.row_step} * out.height);
+  return out;
+}
+
 Eigen::RowVectorXd values_of(const PredictedGrid& map, std::size_t field, bool stddev) {
   const auto row = static_cast<Eigen::Index>(field);
   if (stddev) return map.prediction.variance.row(row).cwiseSqrt();
@@ -98,22 +119,9 @@ sensor_msgs::PointCloud2 to_point_cloud(const PredictedGrid& map) {
     channels.push_back(field.name);
     channels.push_back(field.name + "_stddev");
   }
-  sensor_msgs::PointCloud2 out;
+  sensor_msgs::PointCloud2 out = float_cloud(channels, static_cast<std::uint32_t>(map.grid.width),
+                                             static_cast<std::uint32_t>(map.grid.height));
   out.header = header(map);
-  out.height = static_cast<std::uint32_t>(map.grid.height);
-  out.width = static_cast<std::uint32_t>(map.grid.width);
-  out.point_step = static_cast<std::uint32_t>(4 * channels.size());
-  out.row_step = out.point_step * out.width;
-  out.is_dense = true;
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    sensor_msgs::PointField field;
-    field.name = channels[c];
-    field.offset = static_cast<std::uint32_t>(4 * c);
-    field.datatype = sensor_msgs::PointField::FLOAT32;
-    field.count = 1;
-    out.fields.push_back(field);
-  }
-  out.data.resize(std::size_t{out.row_step} * out.height);
   const Eigen::Matrix2Xd centres = map.grid.centres();
   sensor_msgs::PointCloud2Iterator<float> value(out, "x");
   for (Eigen::Index i = 0; i < centres.cols(); ++i, ++value) {
@@ -125,6 +133,24 @@ sensor_msgs::PointCloud2 to_point_cloud(const PredictedGrid& map) {
       value[4 + 2 * static_cast<int>(f)] =
           static_cast<float>(std::sqrt(map.prediction.variance(f, i)));
     }
+  }
+  return out;
+}
+
+sensor_msgs::PointCloud2 to_weighted_cloud(const field_core::Belief& belief,
+                                           const std::string& frame) {
+  sensor_msgs::PointCloud2 out = float_cloud(
+      {"x", "y", "z", "yaw", "intensity"}, static_cast<std::uint32_t>(belief.particles.size()), 1);
+  out.header.stamp = to_ros(belief.stamp);
+  out.header.frame_id = frame;
+  sensor_msgs::PointCloud2Iterator<float> value(out, "x");
+  for (const auto& particle : belief.particles) {
+    value[0] = static_cast<float>(particle.pose.x());
+    value[1] = static_cast<float>(particle.pose.y());
+    value[2] = 0.0F;
+    value[3] = static_cast<float>(particle.pose.yaw());
+    value[4] = static_cast<float>(particle.weight);
+    ++value;
   }
   return out;
 }

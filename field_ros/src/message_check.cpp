@@ -14,11 +14,13 @@ constexpr double kQuaternionTolerance = 1e-2;
 // Beyond this a coordinate in double no longer resolves a millimetre.
 constexpr double kLargestCoordinate = 1e12;
 
+bool is_coordinate(double v) { return std::abs(v) < kLargestCoordinate; }
+
 DropReason check_pose(const geometry_msgs::Pose& pose) {
   const auto& p = pose.position;
   const auto& q = pose.orientation;
   for (const double v : {p.x, p.y, p.z, q.x, q.y, q.z, q.w}) {
-    if (!(std::abs(v) < kLargestCoordinate)) return DropReason::non_finite_pose;
+    if (!is_coordinate(v)) return DropReason::non_finite_pose;
   }
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   return std::abs(norm2 - 1.0) < kQuaternionTolerance ? DropReason::none
@@ -105,6 +107,23 @@ Checked<PoseGuess> check_initialpose(const geometry_msgs::PoseWithCovarianceStam
   covariance = 0.5 * (covariance + covariance.transpose()).eval();
   covariance.diagonal().array() += field_core::kMinimumPoseVariance;
   return PoseGuess{from_ros(message.header.stamp), from_pose(message.pose.pose), covariance};
+}
+
+Checked<PositionSample> check_position(const geometry_msgs::PoseWithCovarianceStamped& message,
+                                       const std::string& global_frame) {
+  if (!frame_is(message.header.frame_id, global_frame)) return DropReason::unknown_frame;
+  const auto& p = message.pose.pose.position;
+  if (!is_coordinate(p.x) || !is_coordinate(p.y)) return DropReason::non_finite_pose;
+  const Eigen::Matrix2d c = get_covariance(message.pose.covariance).topLeftCorner<2, 2>();
+  const bool configured = c.isZero(0.0);
+  // Positive definite, and not so thin that its inverse means nothing.
+  const double least = 1e-12 * c.trace() * c.trace();
+  const bool symmetric = std::abs(c(0, 1) - c(1, 0)) <= 1e-6 * std::abs(c.trace());
+  if (!c.allFinite() || (!configured && !(symmetric && c(0, 0) > 0.0 && c.determinant() > least))) {
+    return DropReason::bad_covariance;
+  }
+  return PositionSample{from_ros(message.header.stamp),
+                        {Eigen::Vector2d(p.x, p.y), 0.5 * (c + c.transpose())}};
 }
 
 }  // namespace field_ros

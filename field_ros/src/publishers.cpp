@@ -1,10 +1,9 @@
 #include "field_ros/publishers.hpp"
 
-#include <geometry_msgs/PoseArray.h>
-
 #include <algorithm>
 
 #include "field_ros/convert.hpp"
+#include "field_ros/vector_markers.hpp"
 
 namespace field_ros {
 
@@ -14,7 +13,7 @@ PredictedGrid predict_grid(const Session& session) {
   map.grid = FieldGrid::cover(estimator.map_region(), session.params().map_resolution);
   map.fields = estimator.fields();
   map.prediction = estimator.predict_field(map.grid.centres());
-  map.stamp = session.belief().stamp;
+  map.stamp = session.stamp();
   map.frame = session.params().global_frame_id;
   return map;
 }
@@ -30,12 +29,9 @@ field_msgs::HyperparameterPosterior to_message(
   return message;
 }
 
-Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : session_(session) {
-  pose_ = handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
-  path_publisher_ = handle.advertise<nav_msgs::Path>("path", 1);
-  particles_ = handle.advertise<geometry_msgs::PoseArray>("particlecloud", 2);
+MapPublishers::MapPublishers(ros::NodeHandle& handle, const Session& session) : session_(session) {
   cloud_ = handle.advertise<sensor_msgs::PointCloud2>("cloud", 1, true);
-  vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 2);
+  vectors_ = handle.advertise<visualization_msgs::MarkerArray>("vectors", 10);
   if (!session.estimator().hyperparameters().empty()) {
     const auto fields = static_cast<std::uint32_t>(session.estimator().fields().size());
     hyperparameters_ = handle.advertise<field_msgs::HyperparameterPosterior>(
@@ -51,7 +47,7 @@ Publishers::Publishers(ros::NodeHandle& handle, const Session& session) : sessio
 
 // All fields come on one topic, of which ROS would latch the last message only: a late subscriber
 // gets the newest map of each.
-void Publishers::advertise_field_map(ros::NodeHandle& handle) {
+void MapPublishers::advertise_field_map(ros::NodeHandle& handle) {
   const std::size_t fields = session_.estimator().fields().size();
   const auto round = static_cast<std::uint32_t>(std::max<std::size_t>(10, 2 * fields));
   field_map_ = handle.advertise<field_msgs::FieldMap>(
@@ -60,70 +56,28 @@ void Publishers::advertise_field_map(ros::NodeHandle& handle) {
       });
 }
 
-void Publishers::publish_belief() {
-  const field_core::Belief& belief = session_.belief();
-  const std::string& frame = session_.params().global_frame_id;
-  pose_.publish(to_pose_message(belief, frame));
-  publish_path(belief);
-  if (vectors_.getNumSubscribers() > 0) vectors_.publish(to_markers(belief, frame));
-  if (belief.particles.empty() || particles_.getNumSubscribers() == 0) return;
-  geometry_msgs::PoseArray cloud;
-  cloud.header.stamp = to_ros(belief.stamp);
-  cloud.header.frame_id = frame;
-  for (const auto& particle : belief.particles) cloud.poses.push_back(to_pose(particle.pose));
-  particles_.publish(cloud);
-}
-
-void Publishers::publish_path(const field_core::Belief& belief) {
-  geometry_msgs::PoseStamped pose;
-  pose.header.stamp = to_ros(belief.stamp);
-  pose.header.frame_id = session_.params().global_frame_id;
-  pose.pose = to_pose(belief.mean);
-  path_.push_back(pose);
-  if (path_.size() > static_cast<std::size_t>(session_.params().path_length)) path_.pop_front();
-  // A long path is large: it is only put together for those who look.
-  if (path_publisher_.getNumSubscribers() == 0) return;
-  nav_msgs::Path path;
-  path.header = pose.header;
-  path.poses.assign(path_.begin(), path_.end());
-  path_publisher_.publish(path);
-}
-
-void Publishers::publish_transform() {
-  const NodeParams& params = session_.params();
-  const auto odometry = session_.newest_odometry();
-  if (!params.tf_broadcast || !session_.map_to_odom() || !odometry) return;
-  if (odometry->stamp == transform_stamp_) return;  // tf warns of a stamp that comes twice
-  transform_stamp_ = odometry->stamp;
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = params.global_frame_id;
-  transform.header.stamp =
-      to_ros(odometry->stamp + field_core::stamp_from_seconds(params.transform_tolerance));
-  transform.child_frame_id = params.odom_frame_id;
-  transform.transform = to_transform(*session_.map_to_odom());
-  broadcaster_.sendTransform(transform);
-}
-
-bool Publishers::maps_wanted() const {
-  if (latched_.empty() || field_map_.getNumSubscribers() > 0 || cloud_.getNumSubscribers() > 0)
-    return true;
+bool MapPublishers::wanted() const {
+  if (latched_.empty()) return true;
+  for (const ros::Publisher& publisher : {field_map_, cloud_, vectors_}) {
+    if (publisher.getNumSubscribers() > 0) return true;
+  }
   return std::any_of(grids_.begin(), grids_.end(),
                      [](const auto& grid) { return grid.second.getNumSubscribers() > 0; });
 }
 
-void Publishers::publish_hyperparameters() {
+void MapPublishers::publish_hyperparameters() {
   if (!hyperparameters_ || hyperparameters_.getNumSubscribers() == 0) return;
   for (const auto& posterior : session_.estimator().hyperparameters()) {
     field_msgs::HyperparameterPosterior message = to_message(posterior);
-    message.header.stamp = to_ros(session_.belief().stamp);
+    message.header.stamp = to_ros(session_.stamp());
     message.header.frame_id = session_.params().global_frame_id;
     hyperparameters_.publish(message);
   }
 }
 
-void Publishers::publish_maps() {
+void MapPublishers::publish() {
   publish_hyperparameters();
-  if (!maps_wanted()) return;
+  if (!wanted()) return;
   const PredictedGrid map = predict_grid(session_);
   latched_.clear();
   for (std::size_t f = 0; f < map.fields.size(); ++f) {
@@ -133,6 +87,10 @@ void Publishers::publish_maps() {
     grids_.at(map.fields[f].name + "_stddev").publish(to_occupancy_grid(map, f, true));
   }
   cloud_.publish(to_point_cloud(map));
+  visualization_msgs::MarkerArray vectors = to_vector_markers(map);
+  delete_missing(drawn_vectors_, vectors);
+  if (!vectors.markers.empty()) vectors_.publish(vectors);
+  drawn_vectors_ = std::move(vectors);
 }
 
 }  // namespace field_ros

@@ -11,6 +11,7 @@
 #include "field_ros/bag_transforms.hpp"
 #include "field_ros/program.hpp"
 #include "field_ros/replay_output.hpp"
+#include "field_ros/robot_interface.hpp"
 #include "field_ros/sensors.hpp"
 #include "field_ros/session.hpp"
 #include "field_ros/state_file.hpp"
@@ -43,29 +44,67 @@ class ProgressBar {
   int percent_ = -1;
 };
 
-// The topics of one replay, checked against the bag.
-struct Topics {
-  std::string odom, field;
-  std::vector<SensorParams> sensors;
-  std::vector<std::string> all;
-
-  Topics(const BagInput& input, const ReplayOptions& options, const NodeParams& params)
-      : odom(absolute_topic(options.odom_topic)), field(absolute_topic(options.field_topic)) {
-    input.require(odom, {"nav_msgs/Odometry"});
-    all.push_back(odom);
-    for (const auto& entry : params.sensors) {
-      sensors.push_back(entry.second);
-      sensors.back().topic = absolute_topic(entry.second.topic);
-      input.require(sensors.back().topic, {sensor_datatype(entry.second.type)});
-      all.push_back(sensors.back().topic);
+// The topics of one robot, checked against the bag.
+struct RobotTopics {
+  RobotTopics(const BagInput& input, RobotInterface topics, bool uses_positions)
+      : robot(std::move(topics)) {
+    robot.odom = absolute_topic(robot.odom);
+    robot.field = absolute_topic(robot.field);
+    robot.position = absolute_topic(robot.position);
+    input.require(robot.odom, {"nav_msgs/Odometry"});
+    all.push_back(robot.odom);
+    for (SensorParams& sensor : robot.sensors) {
+      sensor.topic = absolute_topic(sensor.topic);
+      input.require(sensor.topic, {sensor_datatype(sensor.type)});
+      all.push_back(sensor.topic);
     }
-    // With sensors configured the generic topic may be absent.
-    if (sensors.empty() || input.topics().count(field)) {
-      input.require(field, {"field_msgs/FieldMeasurement"});
-      all.push_back(field);
+    // What else there is of measurements may be absent if there are some.
+    bool others = !robot.sensors.empty();
+    if (uses_positions && input.topics().count(robot.position)) {
+      input.require(robot.position, {"geometry_msgs/PoseWithCovarianceStamped"});
+      all.push_back(robot.position);
+      others = true;
+    }
+    if (!others || input.topics().count(robot.field)) {
+      input.require(robot.field, {"field_msgs/FieldMeasurement"});
+      all.push_back(robot.field);
     }
   }
+
+  RobotInterface robot;
+  std::vector<std::string> all;
 };
+
+// Robots whose odometry is in the bag: of several some may be missing, as they may live.
+std::vector<std::optional<RobotTopics>> topics_of(const BagInput& input,
+                                                  const ReplayOptions& options,
+                                                  const Configured& configured) {
+  auto robots = robot_interfaces(configured.node, configured.estimator->robots());
+  const bool alone = robots.size() == 1;
+  if (!alone && !(options.odom_topic.empty() && options.field_topic.empty())) {
+    throw DataError(options.config +
+                    ": has several robots, for which --odom-topic and --field-topic mean nothing; "
+                    "set robot_interfaces");
+  }
+  if (!options.odom_topic.empty()) robots[0].odom = options.odom_topic;
+  if (!options.field_topic.empty()) robots[0].field = options.field_topic;
+  std::vector<std::optional<RobotTopics>> topics;
+  bool any = alone;
+  for (const RobotInterface& robot : robots) {
+    any = any || input.topics().count(absolute_topic(robot.odom)) > 0;
+  }
+  for (RobotInterface& robot : robots) {
+    const std::string odom = absolute_topic(robot.odom);
+    if (any && !alone && input.topics().count(odom) == 0) {
+      std::cerr << input.path() << ": nothing of robot '" << robot.name << "' (" << odom << ")\n";
+      topics.emplace_back();
+      continue;
+    }
+    topics.emplace_back(
+        RobotTopics(input, std::move(robot), configured.estimator->uses_positions()));
+  }
+  return topics;
+}
 
 template <class M>
 const M& typed(const BagInput& input, const rosbag::MessageInstance& instance,
@@ -78,21 +117,25 @@ const M& typed(const BagInput& input, const rosbag::MessageInstance& instance,
                   "messages, or use rosbag fix");
 }
 
-void dispatch(const BagInput& input, const Topics& topics, const rosbag::MessageInstance& instance,
-              Session& session) {
+void dispatch(const BagInput& input, const RobotTopics& topics, int index,
+              const rosbag::MessageInstance& instance, Session& session) {
   const std::string& topic = instance.getTopic();
-  if (topic == topics.odom) {
+  const RobotInterface& robot = topics.robot;
+  if (topic == robot.odom) {
     boost::shared_ptr<nav_msgs::Odometry> odometry;
-    session.on_odometry(typed(input, instance, odometry));
-  } else if (topic == topics.field) {
+    session.on_odometry(typed(input, instance, odometry), index);
+  } else if (topic == robot.field) {
     boost::shared_ptr<field_msgs::FieldMeasurement> field;
-    session.on_field(typed(input, instance, field));
+    session.on_field(typed(input, instance, field), index);
+  } else if (topic == robot.position && session.estimator().uses_positions()) {
+    boost::shared_ptr<geometry_msgs::PoseWithCovarianceStamped> position;
+    session.on_position(typed(input, instance, position), index);
   }
-  for (const SensorParams& sensor : topics.sensors) {
+  for (const SensorParams& sensor : robot.sensors) {
     if (topic != sensor.topic) continue;
     with_sensor_message(sensor.type, [&](auto* type) {
       boost::shared_ptr<std::remove_pointer_t<decltype(type)>> message;
-      session.on_field(to_field(typed(input, instance, message), sensor.field));
+      session.on_field(to_field(typed(input, instance, message), sensor), index);
     });
   }
 }
@@ -110,6 +153,17 @@ void dispatch(const BagInput& input, const Topics& topics, const rosbag::Message
   throw DataError(
       bag + ": no measurement could be used (dropped: " + (reasons.empty() ? "none" : reasons) +
       "); compare stamps, frames and field names of the bag with the configuration");
+}
+
+void refuse_nothing_used(const ReplayOptions& options, const Session& session,
+                         std::size_t waiting) {
+  const SessionCounts counts = session.total();
+  if (counts.applied > 0 || !counts.skipped.empty()) return;
+  for (int robot = 0; robot < session.robots(); ++robot) {
+    const std::string& error = session.last_error(robot);
+    if (!error.empty()) throw field_core::NumericalError(error);
+  }
+  fail_nothing_used(options.bag, counts, waiting);
 }
 
 double bag_duration(const BagInput& input) {
@@ -153,8 +207,8 @@ void add_maps(ReplayOutput& output, const Session& session, const ReplayOptions&
 
 // The maps of a state alone.
 void write_maps(Configured configured, const ReplayOptions& options) {
-  Session session(std::move(configured),
-                  [](const std::string&, field_core::Stamp) { return std::nullopt; });
+  Session session(std::move(configured), [](const std::string&, const std::string&,
+                                            field_core::Stamp) { return std::nullopt; });
   load_state(session, options.load_state);
   ReplayOutput output;
   add_maps(output, session, options);
@@ -162,10 +216,17 @@ void write_maps(Configured configured, const ReplayOptions& options) {
 }
 
 // Runs the bag through the session; returns how many measurements are left without odometry.
-std::size_t run(const BagInput& input, const Topics& topics, Session& session, bool progress) {
+std::size_t run(const BagInput& input, const std::vector<std::optional<RobotTopics>>& robots,
+                Session& session, bool progress) {
   ProgressBar bar(progress);
-  input.read(topics.all, [&](const rosbag::MessageInstance& instance, double fraction) {
-    dispatch(input, topics, instance, session);
+  std::vector<std::string> topics;
+  for (const auto& robot : robots) {
+    if (robot) topics.insert(topics.end(), robot->all.begin(), robot->all.end());
+  }
+  input.read(topics, [&](const rosbag::MessageInstance& instance, double fraction) {
+    for (std::size_t r = 0; r < robots.size(); ++r) {
+      if (robots[r]) dispatch(input, *robots[r], static_cast<int>(r), instance, session);
+    }
     bar.show(fraction);
   });
   return session.finish();
@@ -181,18 +242,15 @@ void replay(const EstimatorEntry& entry, const ReplayOptions& options) {
   const std::uint64_t seed =
       options.seed.value_or(static_cast<std::uint64_t>(configured.node.seed));
   const BagInput input(options.bag);
-  const Topics topics(input, options, configured.node);
-  BagTransforms transforms(input, configured.node.base_frame_id);
+  const auto topics = topics_of(input, options, configured);
+  BagTransforms transforms(input);
   Session session(std::move(configured), std::ref(transforms));
   load_state(session, options.load_state);
   ReplayOutput output;
   session.set_listener([&output](const SessionStep& step) { output.add(step); });
   const std::size_t waiting = run(input, topics, session, options.progress);
-  if (session.counts().applied == 0 && session.counts().skipped.empty()) {
-    if (!session.last_error().empty()) throw field_core::NumericalError(session.last_error());
-    fail_nothing_used(options.bag, session.counts(), waiting);
-  }
-  output.add_trajectory();
+  refuse_nothing_used(options, session, waiting);
+  output.add_trajectories(session);
   add_maps(output, session, options);
   output.add_summary(session, entry.name, seed, bag_duration(input), waiting);
   output.write(options.output);
@@ -215,9 +273,10 @@ int run_replay(int argc, char** argv, const EstimatorEntry& entry) {
   app.add_option("--config", options.config, "YAML of parameters, the same as the node's");
   app.add_option("--output", options.output, "directory for the results");
   auto* seed_option = app.add_option("--seed", seed, "replaces the parameter seed");
-  app.add_option("--odom-topic", options.odom_topic, "nav_msgs/Odometry")->capture_default_str();
-  app.add_option("--field-topic", options.field_topic, "field_msgs/FieldMeasurement")
-      ->capture_default_str();
+  app.add_option("--odom-topic", options.odom_topic,
+                 "nav_msgs/Odometry, instead of /odom or what the configuration says");
+  app.add_option("--field-topic", options.field_topic,
+                 "field_msgs/FieldMeasurement, instead of /field or what the configuration says");
   app.add_option("--predict", options.predict, "CSV with columns x_m,y_m: writes prediction.csv");
   app.add_option("--load-state", options.load_state, "state file to start from");
   app.add_option("--save-state", options.save_state, "state file to write at the end");

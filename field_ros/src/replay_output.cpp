@@ -51,20 +51,61 @@ std::string json_counts(const Counts& counts) {
   return "{" + text + "}";
 }
 
+// The numbers of one robot, or of all: members of an object that has some before.
+std::string json_numbers(const SessionCounts& c, const std::string& indent) {
+  const std::string nis =
+      c.nis_dof_sum == 0 ? "null" : format_number(c.nis_sum / static_cast<double>(c.nis_dof_sum));
+  std::ostringstream out;
+  const auto member = [&](const char* key, const auto& value) {
+    out << ",\n" << indent << "\"" << key << "\": " << value;
+  };
+  member("odometry_messages", c.odometry);
+  member("measurement_messages", c.measurements);
+  member("steps", c.steps);
+  member("applied", c.applied);
+  member("lost", c.lost);
+  member("skipped", json_counts(c.skipped));
+  member("noted", json_counts(c.noted));
+  member("dropped", json_counts(c.dropped));
+  member("unknown_field_names", c.unknown_fields);
+  member("numerical_errors", c.numerical_errors);
+  member("clock_resets", c.clock_resets);
+  member("recoveries", c.recoveries);
+  member("nis_per_dof", nis);
+  return out.str();
+}
+
+std::string json_final_pose(const field_core::Belief& b, const std::string& indent) {
+  return ",\n" + indent + "\"final_pose\": {\"stamp_s\": " + format_stamp(b.stamp) +
+         ", \"x_m\": " + format_number(b.mean.x()) + ", \"y_m\": " + format_number(b.mean.y()) +
+         ", \"yaw_rad\": " + format_number(b.mean.yaw()) + "}";
+}
+
 }  // namespace
 
 void ReplayOutput::add(const SessionStep& step) {
   const field_core::Belief& b = step.belief;
-  estimate_tum_ += line(field_core::tum_line(b.stamp, b.mean));
-  estimate_csv_ += line(field_core::estimate_csv_line(b.stamp, b.mean, b.covariance));
-  timing_csv_ += format_stamp(b.stamp) + "," + format_number(step.step_s) + "\n";
-  ++steps_;
+  Lines& lines = robots_[step.robot];
+  // Of two steps at one stamp (two sensors) the later one holds.
+  const bool again = lines.stamp && *lines.stamp == b.stamp;
+  lines.estimate_tum.resize(again ? lines.last_tum : lines.estimate_tum.size());
+  lines.estimate_csv.resize(again ? lines.last_csv : lines.estimate_csv.size());
+  lines.stamp = b.stamp;
+  lines.last_tum = lines.estimate_tum.size();
+  lines.last_csv = lines.estimate_csv.size();
+  lines.estimate_tum += line(field_core::tum_line(b.stamp, b.mean));
+  lines.estimate_csv += line(field_core::estimate_csv_line(b.stamp, b.mean, b.covariance));
+  lines.timing_csv += format_stamp(b.stamp) + "," + format_number(step.step_s) + "\n";
 }
 
-void ReplayOutput::add_trajectory() {
-  files_["estimate.tum"] = estimate_tum_;
-  files_["estimate.csv"] = line(field_core::kEstimateCsvHeader) + estimate_csv_;
-  files_["timing.csv"] = "stamp_s,step_s\n" + timing_csv_;
+void ReplayOutput::add_trajectories(const Session& session) {
+  for (int robot = 0; robot < session.robots(); ++robot) {
+    const Lines& lines = robots_[robot];
+    const std::string name = session.robots() == 1 ? "" : "_" + session.interface(robot).name;
+    files_["estimate" + name + ".tum"] = lines.estimate_tum;
+    files_["estimate" + name + ".csv"] = line(field_core::kEstimateCsvHeader) + lines.estimate_csv;
+    files_["timing" + name + ".csv"] = "stamp_s,step_s\n" + lines.timing_csv;
+  }
 }
 
 void ReplayOutput::add_map_files(const Session& session) {
@@ -106,27 +147,23 @@ void ReplayOutput::add_prediction(const Session& session, const std::string& poi
 
 void ReplayOutput::add_summary(const Session& session, const std::string& estimator,
                                std::uint64_t seed, double duration_s, std::size_t left_waiting) {
-  const SessionCounts& c = session.counts();
-  const field_core::Belief& b = session.belief();
-  const std::string nis =
-      c.nis_dof_sum == 0 ? "null" : format_number(c.nis_sum / static_cast<double>(c.nis_dof_sum));
   std::ostringstream out;
   out << "{\n  \"estimator\": \"" << estimator << "\",\n  \"seed\": " << seed
-      << ",\n  \"duration_s\": " << format_number(duration_s)
-      << ",\n  \"odometry_messages\": " << c.odometry
-      << ",\n  \"measurement_messages\": " << c.measurements << ",\n  \"steps\": " << c.steps
-      << ",\n  \"applied\": " << c.applied << ",\n  \"lost\": " << c.lost
-      << ",\n  \"skipped\": " << json_counts(c.skipped)
-      << ",\n  \"noted\": " << json_counts(c.noted)
-      << ",\n  \"dropped\": " << json_counts(c.dropped)
-      << ",\n  \"left_waiting_for_odometry\": " << left_waiting
-      << ",\n  \"unknown_field_names\": " << c.unknown_fields
-      << ",\n  \"numerical_errors\": " << c.numerical_errors
-      << ",\n  \"clock_resets\": " << c.clock_resets << ",\n  \"recoveries\": " << c.recoveries
-      << ",\n  \"nis_per_dof\": " << nis
-      << ",\n  \"final_pose\": {\"stamp_s\": " << format_stamp(b.stamp)
-      << ", \"x_m\": " << format_number(b.mean.x()) << ", \"y_m\": " << format_number(b.mean.y())
-      << ", \"yaw_rad\": " << format_number(b.mean.yaw()) << "}\n}\n";
+      << ",\n  \"duration_s\": " << format_number(duration_s) << json_numbers(session.total(), "  ")
+      << ",\n  \"left_waiting_for_odometry\": " << left_waiting;
+  if (session.robots() == 1) {
+    out << json_final_pose(session.belief(), "  ");
+  } else {
+    out << ",\n  \"robots\": {";
+    for (int robot = 0; robot < session.robots(); ++robot) {
+      const std::string& name = session.interface(robot).name;
+      out << (robot > 0 ? "," : "") << "\n    \"" << name << "\": {\n      \"name\": \"" << name
+          << "\"" << json_numbers(session.counts(robot), "      ")
+          << json_final_pose(session.belief(robot), "      ") << "\n    }";
+    }
+    out << "\n  }";
+  }
+  out << "\n}\n";
   files_["summary.json"] = out.str();
 }
 

@@ -1,6 +1,6 @@
 #include "field_ros/sensors.hpp"
 
-#include <cmath>
+#include <Eigen/Core>
 #include <limits>
 
 namespace field_ros {
@@ -26,39 +26,50 @@ const char* sensor_datatype(SensorType type) {
   return name;
 }
 
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Temperature& m, const std::string& field) {
-  return single(m.header, field, m.temperature, m.variance);
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Temperature& m,
+                                      const SensorParams& sensor) {
+  return single(m.header, sensor.field, m.temperature, m.variance);
 }
 
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Illuminance& m, const std::string& field) {
-  return single(m.header, field, m.illuminance, m.variance);
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Illuminance& m,
+                                      const SensorParams& sensor) {
+  return single(m.header, sensor.field, m.illuminance, m.variance);
 }
 
 field_msgs::FieldMeasurement to_field(const sensor_msgs::RelativeHumidity& m,
-                                      const std::string& field) {
-  return single(m.header, field, m.relative_humidity, m.variance);
+                                      const SensorParams& sensor) {
+  return single(m.header, sensor.field, m.relative_humidity, m.variance);
 }
 
 field_msgs::FieldMeasurement to_field(const sensor_msgs::FluidPressure& m,
-                                      const std::string& field) {
-  return single(m.header, field, m.fluid_pressure, m.variance);
+                                      const SensorParams& sensor) {
+  return single(m.header, sensor.field, m.fluid_pressure, m.variance);
 }
 
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Range& m, const std::string& field) {
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Range& m, const SensorParams& sensor) {
   const bool valid = m.range >= m.min_range && m.range <= m.max_range;
-  return single(m.header, field, valid ? m.range : std::numeric_limits<double>::quiet_NaN(), 0.0);
+  return single(m.header, sensor.field, valid ? m.range : std::numeric_limits<double>::quiet_NaN(),
+                0.0);
 }
 
 field_msgs::FieldMeasurement to_field(const sensor_msgs::MagneticField& m,
-                                      const std::string& field) {
-  const auto& b = m.magnetic_field;
-  const auto& c = m.magnetic_field_covariance;
+                                      const SensorParams& sensor) {
+  using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Eigen::Vector3d raw(m.magnetic_field.x, m.magnetic_field.y, m.magnetic_field.z);
+  const Eigen::Map<const Eigen::Vector3d> offset(sensor.calibration.offset.data());
+  const Eigen::Map<const Matrix> matrix(sensor.calibration.matrix.data());
+  const Eigen::Vector3d b = matrix * (raw - offset);
+  const std::string& field = sensor.field;
   field_msgs::FieldMeasurement out;
   out.header = m.header;
   out.names = {field + "_x", field + "_y", field + "_z", field + "_norm"};
-  out.values = {b.x, b.y, b.z, std::sqrt(b.x * b.x + b.y * b.y + b.z * b.z)};
+  out.values = {b.x(), b.y(), b.z(), b.norm()};
   // A first element of -1 says "no covariance" in sensor_msgs.
-  if (c[0] >= 0.0) out.variances = {c[0], c[4], c[8], 0.0};
+  if (m.magnetic_field_covariance[0] >= 0.0) {
+    const Eigen::Map<const Matrix> covariance(m.magnetic_field_covariance.data());
+    const Eigen::Vector3d v = (matrix * covariance * matrix.transpose()).diagonal();
+    out.variances = {v.x(), v.y(), v.z(), 0.0};
+  }
   return out;
 }
 

@@ -130,10 +130,18 @@ Services::Services(ros::NodeHandle& handle, ros::NodeHandle& private_handle, Ses
               return true;
             });
   advertise(handle, "global_localization", Empty(), [&session, on_change](auto&, auto&) {
-    session.scatter();
+    for (int robot = 0; robot < session.robots(); ++robot) session.scatter(robot);
     on_change();
     return true;
   });
+  for (int robot = 0; robot < session.robots() && session.robots() > 1; ++robot) {
+    const std::string name = session.interface(robot).prefix + "global_localization";
+    advertise(handle, name.c_str(), Empty(), [&session, on_change, robot](auto&, auto&) {
+      session.scatter(robot);
+      on_change();
+      return true;
+    });
+  }
 }
 
 }  // namespace field_ros

@@ -7,111 +7,132 @@
 #include "field_ros/convert.hpp"
 
 namespace field_ros {
-namespace {
 
 using field_core::Stamp;
 using field_core::stamp_from_seconds;
 
-MergeLimits limits(const NodeParams& params) {
-  MergeLimits limits;
-  limits.odometry = static_cast<std::size_t>(params.odom_buffer_length);
-  limits.pending = static_cast<std::size_t>(params.pending_measurements);
-  limits.reorder_window = stamp_from_seconds(params.reorder_window);
-  limits.time_jump = stamp_from_seconds(params.time_jump_threshold);
-  limits.odometry_gap = stamp_from_seconds(params.odom_gap_threshold);
-  return limits;
-}
-
-}  // namespace
-
-Session::Session(Configured configured, SensorPlacement placement)
+Session::Session(Configured configured, PlacementLookup placement)
     : params_(std::move(configured.node)),
       estimator_(std::move(configured.estimator)),
       configuration_(std::move(configured.configuration)),
       values_(std::move(configured.values)),
       run_parameters_(std::move(configured.run_parameters)),
       fields_(index_fields(estimator_->fields())),
-      placement_(std::move(placement), stamp_from_seconds(params_.sensor_transform_timeout),
-                 static_cast<std::size_t>(params_.pending_measurements),
-                 [this](DropReason reason) { drop(reason); }),
-      merge_(limits(params_), [this](DropReason reason) { drop(reason); }),
-      monitor_(static_cast<std::size_t>(params_.lost_window)),
-      belief_(estimator_->belief()) {}
+      placement_(std::move(placement)) {
+  for (RobotInterface& robot : robot_interfaces(params_, estimator_->robots())) {
+    const std::string base = robot.base_frame_id;
+    streams_.push_back(std::make_unique<RobotStream>(
+        std::move(robot), params_, [this, base](const std::string& frame, Stamp stamp) {
+          return placement_(base, frame, stamp);
+        }));
+    streams_.back()->belief = estimator_->belief(robots() - 1);
+  }
+}
 
-void Session::on_odometry(const nav_msgs::Odometry& message) {
-  ++counts_.odometry;
-  const auto odometry = check_odometry(message, params_.odom_frame_id, params_.base_frame_id);
-  if (!odometry) return drop(odometry.reason);
+void Session::on_odometry(const nav_msgs::Odometry& message, int robot) {
+  RobotStream& r = stream(robot);
+  const auto odometry = r.check(message);
+  if (!odometry) return;
   // Steps of a clock that ends here are made before it is forgotten.
-  if (merge_.newest_odometry() && odometry.value->stamp < merge_.newest_odometry()->stamp) settle();
-  if (merge_.add_odometry(*odometry.value)) start_clock_again();
-  take_placed();
-  if (!map_to_odom_ && merge_.anchor()) refresh_belief(merge_.anchor()->stamp);
+  if (r.newest_odometry() && odometry->stamp < *r.newest_odometry()) settle();
+  if (r.merge.add_odometry(*odometry)) start_clock_again(robot);
+  r.take_placed();
+  if (!r.map_to_odom && r.merge.anchor()) refresh_belief(robot, r.merge.anchor()->stamp);
   if (!deferred_) process();
 }
 
-void Session::start_clock_again() {
-  ++counts_.clock_resets;
-  placement_.clear();
-  forget_verdict();
+// The robots share one clock. The first to notice that it was set back resets the estimator; those
+// that follow have nothing to lose any more.
+void Session::start_clock_again(int robot) {
+  RobotStream& first = stream(robot);
+  ++first.counts.clock_resets;
+  const Stamp now = *first.newest_odometry();
+  const Stamp jump = stamp_from_seconds(params_.time_jump_threshold);
+  const bool follows = std::any_of(streams_.begin(), streams_.end(), [&](const auto& other) {
+    return other.get() != &first && other->newest_odometry() &&
+           *other->newest_odometry() <= now + jump;
+  });
+  first.placement.clear();
+  first.forget_verdict();
+  first.map_to_odom.reset();
+  if (follows) return;
   estimator_->reset();
-  map_to_odom_.reset();
+  for (const auto& other : streams_) {
+    if (other.get() != &first) other->forget();
+  }
 }
 
-void Session::on_field(const field_msgs::FieldMeasurement& message) {
-  ++counts_.measurements;
-  if (paused_) return drop(DropReason::paused);
-  auto field =
-      check_field(message, fields_, static_cast<std::size_t>(params_.max_fields_per_message));
-  if (!field) return drop(field.reason);
-  if (unstamped(field.value->stamp)) return drop(DropReason::zero_stamp);
-  field_core::Sample sample;
-  sample.stamp = field.value->stamp;
-  sample.readings = std::move(field.value->readings);
-  counts_.unknown_fields += static_cast<std::uint64_t>(field.value->unknown_fields);
-  std::string& frame = field.value->frame;
-  if (!params_.use_sensor_frames || frame == params_.base_frame_id) frame.clear();
-  placement_.add(std::move(sample), std::move(frame));
-  take_placed();
+void Session::on_field(const field_msgs::FieldMeasurement& message, int robot) {
+  stream(robot).on_field(message, fields_, paused_);
   if (!deferred_) process();
 }
 
-void Session::take_placed() {
-  const auto newest = merge_.newest_odometry();
-  const auto now = newest ? std::optional<Stamp>(newest->stamp) : std::nullopt;
-  while (auto sample = placement_.next(now)) merge_.add_sample(std::move(*sample));
+void Session::on_position(const geometry_msgs::PoseWithCovarianceStamped& message, int robot) {
+  stream(robot).on_position(message, paused_);
+  if (!deferred_) process();
 }
 
-bool Session::unstamped(Stamp stamp) const {
-  const auto newest = merge_.newest_odometry();
-  return stamp == Stamp(0) && newest && newest->stamp > Stamp(0);
-}
-
-bool Session::on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+bool Session::on_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message, int robot) {
+  RobotStream& r = stream(robot);
   const auto guess = check_initialpose(message, params_.global_frame_id);
   if (!guess) {
-    drop(guess.reason);
+    r.drop(guess.reason);
     return false;
   }
   settle();
-  merge_.move_anchor(guess.value->stamp);
-  estimator_->set_pose(guess.value->pose, guess.value->covariance);
-  forget_verdict();
-  refresh_belief(merge_.anchor() ? merge_.anchor()->stamp : guess.value->stamp);
+  r.merge.move_anchor(guess.value->stamp);
+  estimator_->set_pose(guess.value->pose, guess.value->covariance, robot);
+  r.forget_verdict();
+  refresh_belief_at_anchor(robot, guess.value->stamp);
   return true;
 }
 
 std::size_t Session::finish() {
-  while (auto sample = placement_.next_at_end()) merge_.add_sample(std::move(*sample));
+  std::size_t left = 0;
+  for (const auto& r : streams_) r->take_placed(true);
   process(true);
-  return merge_.pending();
+  for (const auto& r : streams_) left += r->merge.pending();
+  return left;
+}
+
+int Session::next_robot(bool end_of_input) {
+  int next = -1;
+  Stamp earliest{0};
+  for (int robot = 0; robot < robots(); ++robot) {
+    const auto stamp = stream(robot).merge.ready_stamp(end_of_input || is_silent(robot));
+    if (!stamp || (next >= 0 && *stamp >= earliest)) continue;
+    next = robot;
+    earliest = *stamp;
+  }
+  const bool wait = next >= 0 && !end_of_input && awaits_another(next, earliest);
+  return wait ? -1 : next;
+}
+
+bool Session::awaits_another(int robot, Stamp stamp) const {
+  const Stamp known = stamp + stamp_from_seconds(params_.reorder_window);
+  for (int other = 0; other < robots(); ++other) {
+    const auto until = stream(other).newest_odometry();
+    if (other != robot && until && *until < known && !is_silent(other)) return true;
+  }
+  return false;
+}
+
+bool Session::is_silent(int robot) const {
+  const auto own = stream(robot).newest_odometry();
+  if (robots() == 1 || !own) return false;
+  const Stamp patience = stamp_from_seconds(params_.robot_patience);
+  return std::any_of(streams_.begin(), streams_.end(),
+                     [&](const auto& other) { return other->newest_odometry() > *own + patience; });
 }
 
 bool Session::step_next() {
-  if (params_.max_pose_lag > 0.0) merge_.shed(stamp_from_seconds(params_.max_pose_lag));
-  const auto merged = merge_.next();
-  if (merged) step(*merged);
-  return merged.has_value();
+  if (params_.max_pose_lag > 0.0) {
+    for (const auto& r : streams_) r->merge.shed(stamp_from_seconds(params_.max_pose_lag));
+  }
+  const int robot = next_robot(false);
+  if (robot < 0) return false;
+  step(robot, false);
+  return true;
 }
 
 void Session::settle() {
@@ -125,82 +146,107 @@ void Session::set_paused(bool paused) {
 }
 
 void Session::process(bool end_of_input) {
-  while (auto merged = merge_.next(end_of_input)) step(*merged);
-}
-
-void Session::step(const MergedStep& merged) {
-  const auto start = std::chrono::steady_clock::now();
-  field_core::UpdateResult result;
-  ++counts_.steps;
-  try {
-    estimator_->predict(merged.increment);
-    result = estimator_->update(merged.sample);
-    judge(result);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    refresh_belief(merged.sample.stamp);
-    if (lost_) ++counts_.lost;
-    if (result.applied) {
-      ++counts_.applied;
-      if (*result.reason) ++counts_.noted[result.reason];
-      counts_.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;
-      counts_.nis_dof_sum += static_cast<std::uint64_t>(std::max(result.nis_dof, 0));
-    } else {
-      ++counts_.skipped[result.reason];
-    }
-    if (listener_) listener_({belief_, result, merged.odom_pose, taken.count()});
-  } catch (const field_core::NumericalError& e) {
-    ++counts_.numerical_errors;
-    drop(DropReason::numerical_error);
-    last_error_ = e.what();
+  for (int robot = next_robot(end_of_input); robot >= 0; robot = next_robot(end_of_input)) {
+    step(robot, end_of_input);
   }
 }
 
-void Session::judge(const field_core::UpdateResult& result) {
-  monitor_.add(result, params_.lost_nis);
-  const bool was_lost = std::exchange(lost_, health().lost);
-  if (!params_.recovery || was_lost || !lost_) return;
-  ++counts_.recoveries;
-  estimator_->scatter();
-  forget_verdict();
+void Session::step(int robot, bool end_of_input) {
+  RobotStream& r = stream(robot);
+  const MergedStep merged = *r.merge.next(end_of_input || is_silent(robot));
+  const auto start = std::chrono::steady_clock::now();
+  ++r.counts.steps;
+  try {
+    estimator_->predict(merged.increment, robot);
+    const field_core::UpdateResult result = measure(merged, robot);
+    judge(result, robot);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    refresh_belief(robot, merged.sample.stamp);
+    if (r.lost) ++r.counts.lost;
+    if (result.applied) {
+      ++r.counts.applied;
+      if (*result.reason) ++r.counts.noted[result.reason];
+      r.counts.nis_sum += result.nis_dof > 0 ? result.nis : 0.0;
+      r.counts.nis_dof_sum += static_cast<std::uint64_t>(std::max(result.nis_dof, 0));
+    } else {
+      ++r.counts.skipped[result.reason];
+    }
+    if (listener_) listener_({r.belief, result, merged.odom_pose, taken.count(), robot});
+  } catch (const field_core::NumericalError& e) {
+    ++r.counts.numerical_errors;
+    r.drop(DropReason::numerical_error);
+    r.last_error = e.what();
+  }
 }
 
-void Session::forget_verdict() {
-  monitor_.clear();
-  lost_ = false;
+field_core::UpdateResult Session::measure(const MergedStep& merged, int robot) {
+  if (merged.position) return estimator_->observe_position(*merged.position, robot);
+  return estimator_->update(merged.sample, robot);
 }
 
-field_core::Health Session::health() const {
-  if (const auto own = estimator_->health()) return *own;
-  if (!monitor_.lost()) return {};
+void Session::judge(const field_core::UpdateResult& result, int robot) {
+  RobotStream& r = stream(robot);
+  r.monitor.add(result, params_.lost_nis);
+  const bool was_lost = std::exchange(r.lost, health(robot).lost);
+  if (!params_.recovery || was_lost || !r.lost) return;
+  ++r.counts.recoveries;
+  estimator_->scatter(robot);
+  r.forget_verdict();
+}
+
+field_core::Health Session::health(int robot) const {
+  if (const auto own = estimator_->health(robot)) return *own;
+  if (!stream(robot).monitor.lost()) return {};
   return {true, "the last measurements differ from the map far more than expected"};
 }
 
-void Session::refresh_belief(Stamp stamp) {
-  belief_ = estimator_->belief();
-  belief_.stamp = stamp;
-  if (merge_.anchor()) map_to_odom_ = belief_.mean * merge_.anchor()->pose.inverse();
+void Session::refresh_belief(int robot, Stamp stamp) {
+  stream(robot).set_belief(estimator_->belief(robot), stamp);
+}
+
+void Session::refresh_belief_at_anchor(int robot, Stamp otherwise) {
+  const auto& anchor = stream(robot).merge.anchor();
+  refresh_belief(robot, anchor ? anchor->stamp : otherwise);
 }
 
 void Session::reset() {
-  placement_.clear();
-  merge_.clear();
-  forget_verdict();
-  map_to_odom_.reset();
   estimator_->reset();
-  belief_ = estimator_->belief();
+  for (int robot = 0; robot < robots(); ++robot) {
+    stream(robot).forget();
+    stream(robot).belief = estimator_->belief(robot);
+  }
 }
 
-void Session::scatter() {
+void Session::scatter(int robot) {
+  RobotStream& r = stream(robot);
   settle();
-  forget_verdict();
-  estimator_->scatter();
-  merge_.move_anchor_to_newest();
-  refresh_belief(merge_.anchor() ? merge_.anchor()->stamp : belief_.stamp);
+  r.forget_verdict();
+  estimator_->scatter(robot);
+  r.merge.move_anchor_to_newest();
+  refresh_belief_at_anchor(robot, r.belief.stamp);
+}
+
+Stamp Session::stamp() const {
+  Stamp newest{0};
+  for (const auto& r : streams_) newest = std::max(newest, r->belief.stamp);
+  return newest;
+}
+
+SessionCounts Session::total() const {
+  SessionCounts total;
+  for (const auto& r : streams_) total += r->counts;
+  return total;
+}
+
+std::uint64_t Session::applied() const {
+  std::uint64_t sum = 0;
+  for (const auto& r : streams_) sum += r->counts.applied;
+  return sum;
 }
 
 field_msgs::EstimatorState Session::save_state() const {
   field_msgs::EstimatorState message = to_message(estimator_->state());
-  message.header.stamp = to_ros(belief_.stamp);
+  message.header.stamp = to_ros(stamp());
   message.header.frame_id = params_.global_frame_id;
   message.configuration = configuration_;
   return message;
@@ -227,9 +273,11 @@ void Session::restore(const field_msgs::EstimatorState& message) {
   require_same_configuration(message);
   settle();
   estimator_->restore(from_message(message));
-  forget_verdict();
-  merge_.move_anchor_to_newest();
-  refresh_belief(merge_.anchor() ? merge_.anchor()->stamp : from_ros(message.header.stamp));
+  for (int robot = 0; robot < robots(); ++robot) {
+    stream(robot).forget_verdict();
+    stream(robot).merge.move_anchor_to_newest();
+    refresh_belief_at_anchor(robot, from_ros(message.header.stamp));
+  }
 }
 
 }  // namespace field_ros

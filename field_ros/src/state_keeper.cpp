@@ -18,7 +18,9 @@ StateKeeper::StateKeeper(Session& session) : session_(session), last_(Clock::now
     return;
   }
   if (!params.load_state.empty()) load(params.load_state);
-  if (params.start_anywhere) session_.scatter();
+  for (int robot = 0; params.start_anywhere && robot < session.robots(); ++robot) {
+    session_.scatter(robot);
+  }
 }
 
 StateKeeper::~StateKeeper() { collect(true); }
@@ -47,7 +49,7 @@ void StateKeeper::collect(bool wait) {
 }
 
 void StateKeeper::save_in_background() {
-  applied_at_save_ = session_.counts().applied;
+  applied_at_save_ = session_.applied();
   const auto write = [](const std::string& directory, const std::string& name,
                         const field_msgs::EstimatorState& state) -> std::string {
     try {

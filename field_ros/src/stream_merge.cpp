@@ -49,7 +49,7 @@ bool StreamMerge::handle_jump(const OdometrySample& odometry) {
   }
   const bool back = odometry.stamp < odometry_.back().stamp;
   const OdometrySample first = *candidate_;
-  std::deque<Sample> kept = std::move(after_jump_);
+  std::deque<Waiting> kept = std::move(after_jump_);
   if (back) {
     clear();
     queue_ = std::move(kept);
@@ -77,17 +77,18 @@ bool StreamMerge::add_odometry(const OdometrySample& odometry) {
   return false;
 }
 
-void StreamMerge::add_sample(Sample sample) {
-  const auto later = [](Stamp stamp, const Sample& other) { return stamp < other.stamp; };
+void StreamMerge::add_sample(Sample sample,
+                             std::optional<field_core::PositionObservation> position) {
+  const auto later = [](Stamp stamp, const Waiting& other) { return stamp < other.sample.stamp; };
   const bool maybe_restarted = candidate_ && candidate_->stamp < odometry_.back().stamp &&
                                sample.stamp + limits_.time_jump < odometry_.back().stamp;
   if (!maybe_restarted && stepped_ && sample.stamp < anchor_->stamp) {
     on_drop_(DropReason::older_than_processed);
     return;
   }
-  std::deque<Sample>& queue = maybe_restarted ? after_jump_ : queue_;
+  std::deque<Waiting>& queue = maybe_restarted ? after_jump_ : queue_;
   queue.insert(std::upper_bound(queue.begin(), queue.end(), sample.stamp, later),
-               std::move(sample));
+               Waiting{std::move(sample), std::move(position)});
   if (queue.size() > limits_.pending) {
     on_drop_(DropReason::queue_full);
     queue.pop_front();
@@ -95,6 +96,7 @@ void StreamMerge::add_sample(Sample sample) {
 }
 
 std::optional<SE2> StreamMerge::pose_at(Stamp stamp) const {
+  if (anchor_ && stamp == anchor_->stamp) return anchor_->pose;
   const auto after = std::lower_bound(odometry_.begin(), odometry_.end(), stamp,
                                       [](const OdometrySample& o, Stamp s) { return o.stamp < s; });
   if (after == odometry_.end()) return std::nullopt;
@@ -106,43 +108,48 @@ std::optional<SE2> StreamMerge::pose_at(Stamp stamp) const {
   return field_core::interpolate(before->pose, after->pose, fraction);
 }
 
-std::optional<MergedStep> StreamMerge::next(bool end_of_input) {
+std::optional<Stamp> StreamMerge::ready_stamp(bool end_of_input) {
+  const Stamp wait = end_of_input ? Stamp(0) : limits_.reorder_window;
   while (!queue_.empty() && anchor_) {
-    const Stamp stamp = queue_.front().stamp;
-    if (stamp < anchor_->stamp) {
+    const Stamp stamp = queue_.front().sample.stamp;
+    const bool too_old = stamp < anchor_->stamp;
+    if (!too_old && odometry_.back().stamp < stamp + wait) return std::nullopt;
+    if (!too_old && pose_at(stamp)) return stamp;
+    if (too_old) {
       on_drop_(stepped_ ? DropReason::older_than_processed : DropReason::before_odometry);
-      queue_.pop_front();
-      continue;
-    }
-    const Stamp wait = end_of_input ? Stamp(0) : limits_.reorder_window;
-    if (odometry_.back().stamp < stamp + wait) return std::nullopt;
-    // An anchor may be older than what the buffer still holds.
-    const std::optional<SE2> pose = stamp == anchor_->stamp ? anchor_->pose : pose_at(stamp);
-    if (!pose) {
+    } else {
       on_drop_(DropReason::older_than_buffer);
-      queue_.pop_front();
-      continue;
     }
-    MergedStep step{
-        {anchor_->stamp, stamp, anchor_->pose.between(*pose)}, std::move(queue_.front()), *pose};
     queue_.pop_front();
-    anchor_ = OdometrySample{stamp, *pose};
-    stepped_ = true;
-    return step;
   }
   return std::nullopt;
 }
 
-bool StreamMerge::ready(const Sample& sample) const {
-  return anchor_ && odometry_.back().stamp >= sample.stamp + limits_.reorder_window;
+std::optional<MergedStep> StreamMerge::next(bool end_of_input) {
+  const std::optional<Stamp> stamp = ready_stamp(end_of_input);
+  if (!stamp) return std::nullopt;
+  const SE2 pose = *pose_at(*stamp);
+  Waiting& front = queue_.front();
+  MergedStep step{{anchor_->stamp, *stamp, anchor_->pose.between(pose)},
+                  std::move(front.sample),
+                  pose,
+                  std::move(front.position)};
+  queue_.pop_front();
+  anchor_ = OdometrySample{*stamp, pose};
+  stepped_ = true;
+  return step;
+}
+
+bool StreamMerge::ready(const Waiting& waiting) const {
+  return anchor_ && odometry_.back().stamp >= waiting.sample.stamp + limits_.reorder_window;
 }
 
 void StreamMerge::shed(Stamp most_lag) {
-  const auto waiting =
-      std::find_if(queue_.rbegin(), queue_.rend(), [this](const Sample& s) { return ready(s); });
-  if (waiting == queue_.rend()) return;
-  const Stamp oldest_allowed = waiting->stamp - most_lag;
-  while (queue_.front().stamp < oldest_allowed) {
+  const auto newest =
+      std::find_if(queue_.rbegin(), queue_.rend(), [this](const Waiting& w) { return ready(w); });
+  if (newest == queue_.rend()) return;
+  const Stamp oldest_allowed = newest->sample.stamp - most_lag;
+  while (queue_.front().sample.stamp < oldest_allowed) {
     on_drop_(DropReason::shed);
     queue_.pop_front();
   }

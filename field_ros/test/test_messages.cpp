@@ -192,31 +192,51 @@ TEST(Convert, StateRoundTripIsBitForBitAndDamageIsRefused) {
   EXPECT_NE(std::string::npos, error_of([&] { from_message(message); }).find("comes twice"));
 }
 
+SensorParams sensor(const char* field) {
+  SensorParams out;
+  out.field = field;
+  return out;
+}
+
 TEST(Sensors, BecomeFields) {
   sensor_msgs::Temperature t;
   t.header.frame_id = "nose";
   t.temperature = 21.5;
   t.variance = 0.25;
-  const auto m = to_field(t, "warmth");
+  const auto m = to_field(t, sensor("warmth"));
   EXPECT_EQ("nose", m.header.frame_id);
   EXPECT_EQ("warmth", m.names.at(0));
   EXPECT_EQ(21.5, m.values.at(0));
   EXPECT_EQ(0.25, m.variances.at(0));
   sensor_msgs::Range r;
   r.min_range = 0.5F, r.max_range = 4.0F, r.range = 2.0F;
-  EXPECT_EQ(2.0, to_field(r, "r").values.at(0));
+  EXPECT_EQ(2.0, to_field(r, sensor("r")).values.at(0));
   for (const float bad : {0.1F, 5.0F, std::numeric_limits<float>::infinity()}) {
     r.range = bad;
-    EXPECT_TRUE(std::isnan(to_field(r, "r").values.at(0)));
+    EXPECT_TRUE(std::isnan(to_field(r, sensor("r")).values.at(0)));
   }
   sensor_msgs::MagneticField b;
   b.magnetic_field.x = 2.0, b.magnetic_field.y = 3.0, b.magnetic_field.z = 6.0;
   b.magnetic_field_covariance[4] = 0.5;
-  EXPECT_EQ((std::vector<double>{2.0, 3.0, 6.0, 7.0}), to_field(b, "mag").values);
-  EXPECT_EQ(0.5, to_field(b, "mag").variances.at(1));
+  EXPECT_EQ((std::vector<double>{2.0, 3.0, 6.0, 7.0}), to_field(b, sensor("mag")).values);
+  EXPECT_EQ(0.5, to_field(b, sensor("mag")).variances.at(1));
   b.magnetic_field_covariance[0] = -1.0;
-  EXPECT_TRUE(to_field(b, "mag").variances.empty());
+  EXPECT_TRUE(to_field(b, sensor("mag")).variances.empty());
   EXPECT_STREQ("sensor_msgs/FluidPressure", sensor_datatype(SensorType::fluid_pressure));
+}
+
+TEST(Sensors, AMagnetometerIsCalibrated) {
+  sensor_msgs::MagneticField b;
+  b.magnetic_field.x = 5.0, b.magnetic_field.y = 3.0, b.magnetic_field.z = 2.0;
+  b.magnetic_field_covariance[0] = 1.0, b.magnetic_field_covariance[4] = 4.0;
+  b.magnetic_field_covariance[1] = b.magnetic_field_covariance[3] = 0.5;
+  SensorParams mag = sensor("mag");
+  mag.calibration.offset = {1.0, 2.0, 3.0};
+  mag.calibration.matrix = {2.0, 1.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0};
+  // By hand: M (4, 1, -1) = (9, 7, -1); diag(M C M') = (4 + 2 + 4, 1 + 3 + 36, 0).
+  const auto m = to_field(b, mag);
+  EXPECT_EQ((std::vector<double>{9.0, 7.0, -1.0, std::sqrt(131.0)}), m.values);
+  EXPECT_EQ((std::vector<double>{10.0, 40.0, 0.0, 0.0}), m.variances);
 }
 
 }  // namespace

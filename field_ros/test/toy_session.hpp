@@ -16,7 +16,7 @@ inline field_ros::Session make_session(const std::string& extra = "") {
       entry.make(field_ros::ParamTree::from_yaml_text(
                      "noise_stddev: 0.5\ninitial_pose_x: 10.0\n" + extra, "toy.yaml"),
                  std::nullopt),
-      [](const std::string& frame, field_core::Stamp) {
+      [](const std::string&, const std::string& frame, field_core::Stamp) {
         return frame == "mast" ? std::optional<field_core::SE2>(field_core::SE2(0.0, 2.0, 0.0))
                                : std::nullopt;
       });

@@ -29,8 +29,7 @@ FieldMixture make_field(const Lattice& lattice, const GmrfSlapParams& params,
   field.info = {name, f.unit};
   field.mean = f.mean;
   field.trend = {f.trend[0], f.trend[1]};
-  const double noise =
-      f.measurement_stddev > 0.0 ? f.measurement_stddev : params.measurement_stddev;
+  const double noise = params.measurement_stddev_of(f);
   field.noise_variance = noise * noise;
   field.nugget_variance = f.nugget_stddev * f.nugget_stddev;
   const auto& list = f.hyperparameters.empty() ? params.hyperparameters : f.hyperparameters;

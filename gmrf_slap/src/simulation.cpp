@@ -30,8 +30,8 @@ class World {
   World(const SimulationSettings& settings, std::uint64_t seed)
       : settings_(settings),
         lattice_(Vector2d::Constant(-0.5 * (settings.side - 1)), 1.0, settings.side, settings.side,
-                 true),
-        field_(draw_field(seed)) {
+                 settings.wrap),
+        field_(settings.field.size() > 0 ? settings.field : draw_field(seed)) {
     for (int r = 0; r < settings.robots; ++r) drive(seed + 1000003u * static_cast<unsigned>(r + 1));
   }
 
@@ -97,33 +97,51 @@ Eigen::Matrix2Xd site_positions(const Lattice& lattice) {
 /// Field errors, and at the end its coverage, of a mean and of a prediction at all sites.
 class FieldScore {
  public:
-  explicit FieldScore(const Eigen::VectorXd& truth) : truth_(truth) {}
+  FieldScore(const World& world, const SimulationSettings& settings, SimulationRecord* record)
+      : world_(world), settings_(settings), truth_(world.field()), record_(record) {}
+  bool due(int step) const {
+    return (step + 1) % settings_.score_every == 0 || step + 1 == settings_.steps;
+  }
   void add(const Eigen::VectorXd& mean, SimulationResult& result) {
     result.final_squared_error = (mean - truth_).squaredNorm() / static_cast<double>(truth_.size());
     sum_ += result.final_squared_error;
     result.squared_error = sum_ / ++count_;
   }
-  void finish(const field_core::FieldPrediction& prediction, double noise,
-              SimulationResult& result) const {
+  void finish(const field_core::FieldPrediction& prediction, SimulationResult& result) const {
+    const double noise = settings_.measurement_stddev * settings_.measurement_stddev;
     int inside = 0;
     for (Eigen::Index s = 0; s < truth_.size(); ++s) {
       const double stddev = std::sqrt(std::max(prediction.variance(0, s) - noise, 0.0));
       inside += std::abs(truth_[s] - prediction.mean(0, s)) <= kNinetyPercent * stddev;
     }
     result.field_coverage = static_cast<double>(inside) / static_cast<double>(truth_.size());
+    if (!record_) return;
+    record_->sites = site_positions(world_.lattice());
+    record_->truth = truth_;
+    record_->mean = prediction.mean.row(0);
+    record_->variance = prediction.variance.row(0).array() - noise;
+  }
+  void visit(int step, int robot, const Event& event, const Vector2d& estimate,
+             const Matrix2d& covariance) const {
+    if (!record_) return;
+    record_->visits.push_back({step, robot, event.truth, event.observed, estimate, covariance});
   }
 
  private:
+  const World& world_;
+  const SimulationSettings& settings_;
   const Eigen::VectorXd& truth_;
+  SimulationRecord* record_;
   double sum_ = 0.0;
   int count_ = 0;
 };
 
 SimulationResult known_positions(const World& world, const SimulationSettings& settings,
-                                 const GmrfSlapParams& params, bool exact) {
+                                 const GmrfSlapParams& params, bool exact,
+                                 SimulationRecord* record) {
   SimulationResult result;
   FieldBank fields(params);
-  FieldScore score(world.field());
+  FieldScore score(world, settings, record);
   const double noise = settings.measurement_stddev * settings.measurement_stddev;
   for (int t = 0; t < settings.steps; ++t) {
     for (int r = 0; r < settings.robots; ++r) {
@@ -131,19 +149,21 @@ SimulationResult known_positions(const World& world, const SimulationSettings& s
       const Vector2d place =
           exact ? event.truth : world.lattice().position(world.lattice().nearest(event.observed));
       fields.assimilate({0, event.value, noise}, place);
+      score.visit(t, r, event, place, Matrix2d::Zero());
     }
-    score.add(fields.fields()[0].site_mean(), result);
+    if (score.due(t)) score.add(fields.fields()[0].site_mean(), result);
   }
-  score.finish(fields.predict(site_positions(world.lattice())), noise, result);
+  score.finish(fields.predict(site_positions(world.lattice())), result);
   result.true_theta = fields.fields()[0].probability[0];
   return result;
 }
 
 SimulationResult slap_positions(const World& world, const SimulationSettings& settings,
-                                const GmrfSlapParams& params, std::uint64_t seed) {
+                                const GmrfSlapParams& params, std::uint64_t seed,
+                                SimulationRecord* record) {
   SimulationResult result;
   Slap slap(params, seed);
-  FieldScore score(world.field());
+  FieldScore score(world, settings, record);
   const double w = settings.process_stddev * settings.process_stddev + 1.0 / 12.0;
   const Matrix2d process = w * Matrix2d::Identity();
   field_core::Sample sample;
@@ -169,6 +189,7 @@ SimulationResult slap_positions(const World& world, const SimulationSettings& se
       const field_core::Belief belief = slap.belief(r);
       const Vector2d error = event.truth - belief.mean.translation();
       const Matrix2d covariance = belief.covariance.topLeftCorner<2, 2>();
+      score.visit(t, r, event, belief.mean.translation(), covariance);
       inside += error.dot(covariance.inverse() * error) <= kNinetyPercentSquared2d;
       result.left_out += slap.left_out_mass(r);
       if (10 * t >= 9 * settings.steps) {
@@ -176,15 +197,14 @@ SimulationResult slap_positions(const World& world, const SimulationSettings& se
         ++late;
       }
     }
-    score.add(slap.site_mean(0), result);
+    if (score.due(t)) score.add(slap.site_mean(0), result);
   }
   const double events = static_cast<double>(settings.steps) * settings.robots;
   result.position_error = distance / late;
   result.position_coverage = inside / events;
   result.left_out /= events;
   result.step_seconds = seconds / events;
-  score.finish(slap.predict_field(site_positions(world.lattice())),
-               settings.measurement_stddev * settings.measurement_stddev, result);
+  score.finish(slap.predict_field(site_positions(world.lattice())), result);
   result.true_theta = slap.hyperparameters()[0].probability[0];
   return result;
 }
@@ -210,7 +230,7 @@ GmrfSlapParams simulation_params(const SimulationSettings& settings, GmrfSlapPar
   params.grid.origin = {-edge, -edge};
   params.grid.spacing = 1.0;
   params.grid.size = {static_cast<double>(settings.side), static_cast<double>(settings.side)};
-  params.grid.wrap = true;
+  params.grid.wrap = settings.wrap;
   params.grid.interpolation = Interpolation::nearest;
   params.hyperparameters = paper_hyperparameters(settings.truth);
   params.measurement_stddev = settings.measurement_stddev;
@@ -222,10 +242,10 @@ GmrfSlapParams simulation_params(const SimulationSettings& settings, GmrfSlapPar
 }
 
 SimulationResult simulate(const SimulationSettings& settings, const GmrfSlapParams& params,
-                          Knowledge knowledge, std::uint64_t seed) {
+                          Knowledge knowledge, std::uint64_t seed, SimulationRecord* record) {
   const World world(settings, seed);
-  if (knowledge == Knowledge::slap) return slap_positions(world, settings, params, seed);
-  return known_positions(world, settings, params, knowledge == Knowledge::exact);
+  if (knowledge == Knowledge::slap) return slap_positions(world, settings, params, seed, record);
+  return known_positions(world, settings, params, knowledge == Knowledge::exact, record);
 }
 
 }  // namespace gmrf_slap

@@ -3,6 +3,7 @@
 // gmrf_slap_simulation.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct SimulationSettings {
   double command_length = 2.0;      ///< |F u| [m]; the heading wanders
   double process_stddev = 0.3;      ///< of v in eq. (18) along each axis [m]
   bool known_start = false;         ///< otherwise anywhere on the grid
+  bool wrap = true;                 ///< a torus, as in the paper
+  int score_every = 1;              ///< steps between looks at the whole field; the last is one
+  Eigen::VectorXd field;            ///< values of the sites; empty: drawn from the prior
 };
 
 /// Case 1: exact positions. Case 2: observed positions taken as exact. Case 3: the estimator.
@@ -36,6 +40,18 @@ struct SimulationResult {
   double step_seconds = 0.0;         ///< mean time of one robot's step
 };
 
+/// What a run looked like, for pictures.
+struct SimulationRecord {
+  Eigen::Matrix2Xd sites;
+  Eigen::VectorXd truth, mean, variance;  ///< of the field at the end
+  struct Visit {
+    int step = 0, robot = 0;
+    Eigen::Vector2d truth, observed, estimate;
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  };
+  std::vector<Visit> visits;
+};
+
 /// The paper's Theta: {(k, a), (0.1 k, a), (10 k, a), (k, 0.1 a), (k, 10 a)}, uniform.
 std::vector<HyperparameterParams> paper_hyperparameters(const Theta& theta);
 
@@ -44,6 +60,7 @@ GmrfSlapParams simulation_params(const SimulationSettings& settings, GmrfSlapPar
 
 /// The same seed: the same field, drive, observations and measurements in every case.
 SimulationResult simulate(const SimulationSettings& settings, const GmrfSlapParams& params,
-                          Knowledge knowledge, std::uint64_t seed);
+                          Knowledge knowledge, std::uint64_t seed,
+                          SimulationRecord* record = nullptr);
 
 }  // namespace gmrf_slap

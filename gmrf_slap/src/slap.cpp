@@ -15,6 +15,13 @@ using field_core::UpdateResult;
 Slap::Slap(const GmrfSlapParams& params, std::uint64_t seed, const Walls& walls)
     : params_(params), seed_(seed), fields_(params, walls) {
   for (const FieldMixture& field : fields_.fields()) infos_.push_back(field.info);
+  for (const std::string& robot : params.robots) {
+    senses_.push_back({params.of_robot(robot), {}});
+    for (const auto& entry : senses_.back().params.fields) {
+      const double stddev = senses_.back().params.measurement_stddev_of(entry.second);
+      senses_.back().noise_variance.push_back(stddev * stddev);
+    }
+  }
   robots_.resize(params.robots.size());
   reset();
 }
@@ -22,13 +29,14 @@ Slap::Slap(const GmrfSlapParams& params, std::uint64_t seed, const Walls& walls)
 std::unique_ptr<RobotBelief> Slap::make_belief(int robot) const {
   // Robots draw different numbers.
   const std::uint64_t seed = seed_ + 0x9E3779B97F4A7C15ull * static_cast<std::uint64_t>(robot);
+  const GmrfSlapParams& params = senses(robot).params;
   std::unique_ptr<RobotBelief> belief;
-  if (params_.position_belief == PositionBelief::trajectories) {
-    belief = std::make_unique<TrajectoryBelief>(params_, fields_, seed);
+  if (params.position_belief == PositionBelief::trajectories) {
+    belief = std::make_unique<TrajectoryBelief>(params, fields_, seed);
   } else {
-    belief = std::make_unique<LatticeBelief>(params_, fields_);
+    belief = std::make_unique<LatticeBelief>(params, fields_);
   }
-  belief->set_pose(params_.initial_pose(), params_.initial_covariance());
+  belief->set_pose(params.initial_pose(), params.initial_covariance());
   return belief;
 }
 
@@ -57,7 +65,7 @@ void Slap::displace(int robot, const Eigen::Vector2d& motion, const Eigen::Matri
 UpdateResult Slap::observe_position(int robot, const Eigen::Vector2d& position,
                                     const Eigen::Matrix2d& covariance) {
   Robot& r = at(robot);
-  const double variance = params_.position_stddev * params_.position_stddev;
+  const double stddev = senses(robot).params.position_stddev, variance = stddev * stddev;
   const Eigen::Matrix2d noise =
       covariance.isZero(0.0) ? Eigen::Matrix2d(variance * Eigen::Matrix2d::Identity()) : covariance;
   const field_core::Belief belief = r.belief->belief();
@@ -81,7 +89,10 @@ UpdateResult Slap::update(int robot, const field_core::Sample& sample) {
   for (const field_core::Reading& reading : sample.readings) {
     if (reading.field < 0 || reading.field >= static_cast<int>(infos_.size())) continue;
     const FieldMixture& field = fields_.fields()[static_cast<std::size_t>(reading.field)];
-    const double noise = reading.variance > 0.0 ? reading.variance : field.noise_variance;
+    const double noise =
+        reading.variance > 0.0
+            ? reading.variance
+            : senses(robot).noise_variance[static_cast<std::size_t>(reading.field)];
     observations_.push_back({reading.field, reading.value, noise + field.nugget_variance});
   }
   if (observations_.empty()) return UpdateResult::skipped("no known field");

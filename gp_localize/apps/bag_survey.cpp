@@ -21,7 +21,7 @@ class Collector {
   Collector(const BagSurveyOptions& options, const field_ros::BagInput& input)
       : options_(options),
         truth_(field_ros::read_bag_trajectory(input, options.truth_topic)),
-        placement_(input, options.base_frame) {}
+        placement_(input) {}
 
   void add(const field_msgs::FieldMeasurement& m) {
     const auto stamp = field_ros::from_ros(m.header.stamp);
@@ -29,7 +29,7 @@ class Collector {
     if (!pose || m.names.size() != m.values.size()) return;
     const std::string frame = field_ros::tf2_frame(m.header.frame_id);
     if (!frame.empty() && frame != options_.base_frame) {
-      const auto place = placement_(frame, stamp);
+      const auto place = placement_(options_.base_frame, frame, stamp);
       if (!place) {
         throw DataError(options_.bag + ": tf does not know frame '" + frame + "' in '" +
                         options_.base_frame + "'; give --base-frame, or add /tf_static");

@@ -29,7 +29,7 @@ MEAN_ERROR_M, MOST_ERROR_M = (0.01, 0.3), 0.9
 class LiveVectorFieldSlam(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.fields = list(yaml.safe_load(workspace.config(BAG, node=NODE[1:]).read_text())["channels"])
+        cls.fields = list(yaml.safe_load(workspace.config(BAG, estimator=NODE[1:]).read_text())["channels"])
         cls.truth = trajectories.from_bag(workspace.bag(BAG), "/ground_truth")
         cls.collectors = {name: Collector(NODE + "/" + name, message_type) for name, message_type in (
             ("pose", PoseWithCovarianceStamped), ("path", Path), ("vectors", MarkerArray))}

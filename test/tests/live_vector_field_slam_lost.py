@@ -40,7 +40,7 @@ class Lost(unittest.TestCase):
         """The map of three laps as a state, which the robot of the test loads."""
         cls.folder = tempfile.mkdtemp(prefix="field_system_tests_")
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        surveyor = TwoFieldRobot(CONFIGURATION, package="vector_field_slam", state_directory=cls.folder)
+        surveyor = TwoFieldRobot(CONFIGURATION, estimator="vector_field_slam", state_directory=cls.folder)
         surveyor.drive(60.0)
         answer = surveyor.node.service("save_state", SaveState)(name="map")
         surveyor.node.stop()
@@ -48,7 +48,7 @@ class Lost(unittest.TestCase):
             raise AssertionError(answer.message)
 
     def setUp(self):
-        self.robot = TwoFieldRobot(CONFIGURATION, package="vector_field_slam", state_directory=self.folder,
+        self.robot = TwoFieldRobot(CONFIGURATION, estimator="vector_field_slam", state_directory=self.folder,
                                    load_state="map", localize_only=True)
         self.addCleanup(self.robot.node.stop)
         self.diagnostics = Diagnostics(self.robot.node.name)

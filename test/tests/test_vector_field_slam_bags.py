@@ -51,7 +51,7 @@ class VectorFieldSlamBags(ProgramTest):
 
     def check(self, name):
         bag, bounds = workspace.bag(name), BOUNDS[name]
-        self.must(replay(bag, workspace.config(name, node=NODE), self.output, package=NODE))
+        self.must(replay(bag, workspace.config(name, estimator=NODE), self.output, estimator=NODE))
         truth, estimate = f"{bag}:/ground_truth", self.output / "estimate.csv"
         errors = evaluate(truth, estimate, bag, "none", self.folder / "none.json")
         aligned = evaluate(truth, estimate, bag, "best", self.folder / "best.json")
@@ -92,7 +92,7 @@ class Plaza(ProgramTest):
         config.write_text("\n".join([line for line in shipped if line.split(":")[0] not in keys] + list(changes)) + "\n")
         self.must(run("field_bags", "csv_to_bag", "--odom", odometry or folder / "odom.csv", "--measurements",
                       folder / "measurements.csv", "--sort", "--output", bag))
-        self.must(replay(bag, config, self.output, package=NODE))
+        self.must(replay(bag, config, self.output, estimator=NODE))
         return evaluate(folder / "truth.csv", self.output / "estimate.csv", bag, "none", self.folder / "errors.json")
 
     def check(self, errors, bounds, share):

@@ -47,7 +47,7 @@ struct BeaconParams {
   }
 };
 
-/// Channels <spot>_x and <spot>_y: the direction to the spot projected onto the sensor plane, in
+/// Channels `SPOT_x` and `SPOT_y`: the direction to the spot projected onto the sensor plane, in
 /// the sensor's frame (Gutmann et al. 2010, eq. 45-47),
 ///   z = R(-yaw) m(p) + c,   m(p) = centroid over the direct light and its reflections of (s_k - p)
 ///   / h,

@@ -39,7 +39,45 @@ struct SensorParams {
   }
 };
 
-struct WorldParams {
+/// Where a robot is seen from outside.
+struct PositionParams {
+  double rate = 0.0;
+  double stddev = 1.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("rate", rate, {0.0, 200.0}, "Hz", "observations per second; 0: none");
+    v.number("stddev", stddev, field_core::positive(), "m", "of each coordinate");
+  }
+};
+
+/// One robot of a world.
+struct RobotParams {
+  RouteParams route;
+  DriveParams drive;
+  OdometerParams odometry;
+  SensorParams sensor;
+  PositionParams position;
+  double joins = 0.0;
+  double leaves = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.group("route", route, "where the robot drives");
+    v.group("drive", drive, "how it drives");
+    v.group("odometry", odometry, "errors of its odometry");
+    v.group("sensor", sensor, "its field sensor");
+    v.group("position", position, "observations of its position from outside, like GPS");
+    v.number("joins", joins, field_core::non_negative(), "s", "it is switched on then");
+    v.number("leaves", leaves, field_core::non_negative(), "s",
+             "it is switched off then; 0: at the end");
+  }
+  /// @throws field_core::ParameterError for what no single range can say
+  void validate() const;
+};
+
+/// The members of RobotParams describe the only robot, if `robots` is empty.
+struct WorldParams : RobotParams {
   double duration = 600.0;
   std::vector<double> area = {-10.0, -10.0, 10.0, 10.0};
   std::map<std::string, WallParams> walls;
@@ -47,10 +85,7 @@ struct WorldParams {
   WifiParams wifi;
   BeaconParams beacons;
   MagneticParams magnetic;
-  RouteParams route;
-  DriveParams drive;
-  OdometerParams odometry;
-  SensorParams sensor;
+  std::map<std::string, RobotParams> robots;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -62,10 +97,10 @@ struct WorldParams {
     v.group("wifi", wifi, "radio access points");
     v.group("beacons", beacons, "optical spots on the ceiling");
     v.group("magnetic", magnetic, "magnetic dipoles");
-    v.required("route").group("route", route, "where the robot drives");
-    v.group("drive", drive, "how it drives");
-    v.group("odometry", odometry, "errors of its odometry");
-    v.group("sensor", sensor, "its field sensor");
+    RobotParams::visit(v);
+    v.dictionary("robots", robots,
+                 "several robots by name, each with a route, drive, ... of its own instead of the "
+                 "above; their names become namespaces of topics and frames");
   }
   /// @throws field_core::ParameterError for what no single range can say
   void validate() const;

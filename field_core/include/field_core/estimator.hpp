@@ -24,6 +24,15 @@
 //   std::vector<HyperparameterPosterior> hyperparameters() const   what it believes of them
 //   static std::vector<std::string> run_parameters()  keys of Params (or groups) that a state does
 //                                                   not depend on: it may be restored under others
+//   UpdateResult observe_position(const PositionObservation&)   where the robot was seen from
+//   outside
+//
+// If several robots share its fields:
+//
+//   const std::vector<std::string>& robots() const  their names, one at least. predict, update,
+//                                                   belief, set_pose, scatter, observe_position and
+//                                                   health then take the index of a robot as a
+//                                                   further, last argument; without it they mean 0
 //
 // The same calls with the same seed give the same bits, whatever the machine's speed or load.
 // predict and update allocate nothing after warm-up, and their cost does not depend on how many
@@ -65,6 +74,13 @@ struct Sample {
   Stamp stamp{0};
   SE2 sensor_in_base;
   std::vector<Reading> readings;
+};
+
+/// Where the robot's base was seen from outside (GPS, a camera in the hall), in the map frame,
+/// where predict() left off. `covariance` 0: the configured noise.
+struct PositionObservation {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
 /// What became of a sample, with the filter's own check of it.
@@ -144,6 +160,17 @@ struct HasHyperparameters : std::false_type {};
 template <class E>
 struct HasHyperparameters<E, std::void_t<decltype(std::declval<const E&>().hyperparameters())>>
     : std::true_type {};
+
+template <class E, class = void>
+struct HasPositions : std::false_type {};
+template <class E>
+struct HasPositions<E, std::void_t<decltype(std::declval<E&>().observe_position(
+                           std::declval<const PositionObservation&>()))>> : std::true_type {};
+
+template <class E, class = void>
+struct HasRobots : std::false_type {};
+template <class E>
+struct HasRobots<E, std::void_t<decltype(std::declval<const E&>().robots())>> : std::true_type {};
 
 template <class E, class = void>
 struct HasRunParameters : std::false_type {};

@@ -16,23 +16,30 @@
 
 namespace field_ros {
 
-/// The members mean what field_core/estimator.hpp says.
+/// The members mean what field_core/estimator.hpp says; `robot` is an index of robots().
 class AnyEstimator {
  public:
   virtual ~AnyEstimator() = default;
   virtual const char* name() const = 0;
-  virtual void predict(const field_core::OdometryIncrement& increment) = 0;
-  virtual field_core::UpdateResult update(const field_core::Sample& sample) = 0;
-  virtual field_core::Belief belief() const = 0;
+  /// {""}: one, which the estimator has no name for.
+  virtual std::vector<std::string> robots() const = 0;
+  virtual bool uses_positions() const = 0;
+  virtual void predict(const field_core::OdometryIncrement& increment, int robot) = 0;
+  virtual field_core::UpdateResult update(const field_core::Sample& sample, int robot) = 0;
+  /// Only if uses_positions().
+  virtual field_core::UpdateResult observe_position(const field_core::PositionObservation& seen,
+                                                    int robot) = 0;
+  virtual field_core::Belief belief(int robot) const = 0;
   /// nullopt: the estimator has no verdict of its own.
-  virtual std::optional<field_core::Health> health() const = 0;
+  virtual std::optional<field_core::Health> health(int robot) const = 0;
   /// Empty: the estimator takes them as known.
   virtual std::vector<field_core::HyperparameterPosterior> hyperparameters() const = 0;
   virtual field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const = 0;
   virtual const std::vector<field_core::FieldInfo>& fields() const = 0;
   virtual field_core::MapRegion map_region() const = 0;
-  virtual void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) = 0;
-  virtual void scatter() = 0;
+  virtual void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
+                        int robot) = 0;
+  virtual void scatter(int robot) = 0;
   virtual void reset() = 0;
   virtual field_core::State state() const = 0;
   virtual void restore(const field_core::State& state) = 0;
@@ -46,13 +53,31 @@ class EstimatorHolder final : public AnyEstimator {
   EstimatorHolder(const typename E::Params& params, std::uint64_t seed)
       : estimator_(params, seed) {}
   const char* name() const override { return E::kName; }
-  void predict(const field_core::OdometryIncrement& i) override { estimator_.predict(i); }
-  field_core::UpdateResult update(const field_core::Sample& s) override {
-    return estimator_.update(s);
+  std::vector<std::string> robots() const override {
+    if constexpr (kRobots) return estimator_.robots();
+    return {""};
   }
-  field_core::Belief belief() const override { return estimator_.belief(); }
-  std::optional<field_core::Health> health() const override {
-    if constexpr (field_core::detail::HasHealth<E>::value) return estimator_.health();
+  bool uses_positions() const override { return field_core::detail::HasPositions<E>::value; }
+  void predict(const field_core::OdometryIncrement& i, int robot) override {
+    call(robot, [&](auto... r) { estimator_.predict(i, r...); });
+  }
+  field_core::UpdateResult update(const field_core::Sample& s, int robot) override {
+    return call(robot, [&](auto... r) { return estimator_.update(s, r...); });
+  }
+  field_core::UpdateResult observe_position(const field_core::PositionObservation& seen,
+                                            int robot) override {
+    if constexpr (field_core::detail::HasPositions<E>::value) {
+      return call(robot, [&](auto... r) { return estimator_.observe_position(seen, r...); });
+    }
+    return field_core::UpdateResult::skipped("positions are not used");
+  }
+  field_core::Belief belief(int robot) const override {
+    return call(robot, [&](auto... r) { return estimator_.belief(r...); });
+  }
+  std::optional<field_core::Health> health([[maybe_unused]] int robot) const override {
+    if constexpr (field_core::detail::HasHealth<E>::value) {
+      return call(robot, [&](auto... r) { return estimator_.health(r...); });
+    }
     return std::nullopt;
   }
   std::vector<field_core::HyperparameterPosterior> hyperparameters() const override {
@@ -66,15 +91,30 @@ class EstimatorHolder final : public AnyEstimator {
   }
   const std::vector<field_core::FieldInfo>& fields() const override { return estimator_.fields(); }
   field_core::MapRegion map_region() const override { return estimator_.map_region(); }
-  void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) override {
-    estimator_.set_pose(pose, covariance);
+  void set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
+                int robot) override {
+    call(robot, [&](auto... r) { estimator_.set_pose(pose, covariance, r...); });
   }
-  void scatter() override { estimator_.scatter(); }
+  void scatter(int robot) override {
+    call(robot, [&](auto... r) { estimator_.scatter(r...); });
+  }
   void reset() override { estimator_.reset(); }
   field_core::State state() const override { return estimator_.state(); }
   void restore(const field_core::State& state) override { estimator_.restore(state); }
 
  private:
+  static constexpr bool kRobots = field_core::detail::HasRobots<E>::value;
+
+  /// function(robot) of an estimator that knows several, function() otherwise.
+  template <class Function>
+  static decltype(auto) call([[maybe_unused]] int robot, Function function) {
+    if constexpr (kRobots) {
+      return function(robot);
+    } else {
+      return function();
+    }
+  }
+
   E estimator_;
 };
 
@@ -90,7 +130,7 @@ struct Configured {
 };
 
 /// Refuses what can only be told from estimator and node together: names of fields that are no
-/// topic or file names, a map of too many cells. @throws ParameterError
+/// topic or file names, a map of too many cells, robots that share topics. @throws ParameterError
 void check_configured(const Configured& configured);
 
 /// What the skeletons need to know of an estimator.

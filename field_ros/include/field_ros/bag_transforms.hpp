@@ -21,14 +21,14 @@ std::optional<field_core::SE2> lookup_placement(const tf2::BufferCore& buffer,
 /// Reads the transforms of the bag at the first question only: most bags need none.
 class BagTransforms {
  public:
-  BagTransforms(const BagInput& input, std::string base) : input_(input), base_(std::move(base)) {}
-  std::optional<field_core::SE2> operator()(const std::string& frame, field_core::Stamp stamp);
+  explicit BagTransforms(const BagInput& input) : input_(input) {}
+  std::optional<field_core::SE2> operator()(const std::string& base, const std::string& frame,
+                                            field_core::Stamp stamp);
 
  private:
   void load();
 
   const BagInput& input_;
-  std::string base_;
   std::unique_ptr<tf2::BufferCore> buffer_;
 };
 

@@ -8,13 +8,12 @@
 
 namespace field_ros {
 
-/// For each field the mean and, as <field>_stddev, the standard deviation:
+/// For each field the mean and, as FIELD_stddev, the standard deviation:
 ///
-///   field_<name>.pgm, .yaml   ROS's map_server, mode raw: it publishes what ~grid/<name> shows;
-///   the
-///                             YAML says which values 0 and 100 stand for
-///   field_<name>.asc          ESRI ASCII grid of the raw values (QGIS, GDAL); not known yet:
-///   NODATA
+/// - field_NAME.pgm, .yaml: ROS's map_server, mode raw: it publishes what ~grid/NAME shows; the
+/// YAML
+///   says which values 0 and 100 stand for
+/// - field_NAME.asc: ESRI ASCII grid of the raw values (QGIS, GDAL); not known yet: NODATA
 std::map<std::string, std::string> map_files(const PredictedGrid& map);
 
 }  // namespace field_ros

@@ -38,8 +38,13 @@ ValueRange known_range(const PredictedGrid& map, std::size_t field, bool stddev)
 /// largest 100 (all 0 if they are equal); -1 where the field is not known yet.
 nav_msgs::OccupancyGrid to_occupancy_grid(const PredictedGrid& map, std::size_t field, bool stddev);
 
-/// One point per cell at z = 0: x, y, z, then <field> and <field>_stddev for each field, float32.
+/// One point per cell at z = 0: x, y, z, then FIELD and FIELD_stddev for each field, float32.
 sensor_msgs::PointCloud2 to_point_cloud(const PredictedGrid& map);
+
+/// One point per particle (gmrf_slap: candidate position) at z = 0: x, y, z, yaw, and its weight as
+/// intensity, by which rviz colours.
+sensor_msgs::PointCloud2 to_weighted_cloud(const field_core::Belief& belief,
+                                           const std::string& frame);
 
 /// The 90 % ellipse of the position as a flat cylinder and the heading as an arrow.
 visualization_msgs::MarkerArray to_markers(const field_core::Belief& belief,

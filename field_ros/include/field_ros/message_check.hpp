@@ -33,6 +33,11 @@ struct PoseGuess {
   Eigen::Matrix3d covariance;
 };
 
+struct PositionSample {
+  field_core::Stamp stamp{0};
+  field_core::PositionObservation observation;
+};
+
 /// Names of the configured fields to their indices in E::fields().
 using FieldIndex = std::unordered_map<std::string, int>;
 FieldIndex index_fields(const std::vector<field_core::FieldInfo>& fields);
@@ -53,5 +58,10 @@ Checked<FieldSample> check_field(const field_msgs::FieldMeasurement& message,
 /// The covariance gets kMinimumPoseVariance on its diagonal: "exactly here" is a legal guess.
 Checked<PoseGuess> check_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message,
                                      const std::string& global_frame);
+
+/// The position alone is looked at: its orientation may be anything. A covariance of 0 stays 0 (the
+/// configured noise); any other must be positive definite.
+Checked<PositionSample> check_position(const geometry_msgs::PoseWithCovarianceStamped& message,
+                                       const std::string& global_frame);
 
 }  // namespace field_ros

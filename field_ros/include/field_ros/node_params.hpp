@@ -6,47 +6,11 @@
 
 #include "field_core/errors.hpp"
 #include "field_core/params.hpp"
+#include "field_ros/robot_params.hpp"
 #include "field_ros/runtime_params.hpp"
+#include "field_ros/sensor_params.hpp"
 
 namespace field_ros {
-
-enum class SensorType {
-  magnetic_field,
-  temperature,
-  illuminance,
-  relative_humidity,
-  fluid_pressure,
-  range
-};
-
-/// A standard sensor whose values are fields, without a converter node.
-struct SensorParams {
-  SensorType type = SensorType::temperature;
-  std::string topic;
-  std::string field;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v.required("type").choice("type", type,
-                              {{"magnetic_field", SensorType::magnetic_field},
-                               {"temperature", SensorType::temperature},
-                               {"illuminance", SensorType::illuminance},
-                               {"relative_humidity", SensorType::relative_humidity},
-                               {"fluid_pressure", SensorType::fluid_pressure},
-                               {"range", SensorType::range}},
-                              "sensor_msgs type of the topic");
-    v.required("topic").text("topic", topic, "topic of the sensor");
-    v.required("field").text("field", field,
-                             "field that its values are; magnetic_field: <field>_x, _y, _z and "
-                             "<field>_norm");
-  }
-  void validate() const {
-    if (topic.empty())
-      throw field_core::ParameterError("topic", "is empty; name the sensor's topic");
-    if (field.empty())
-      throw field_core::ParameterError("field", "is empty; name a configured field");
-  }
-};
 
 struct NodeParams : RuntimeParams {
   std::string global_frame_id = "map";
@@ -70,6 +34,8 @@ struct NodeParams : RuntimeParams {
   bool use_sensor_frames = true;
   double sensor_transform_timeout = 10.0;
   int lost_window = 20;
+  double robot_patience = 0.5;
+  std::map<std::string, RobotParams> robot_interfaces;
   std::map<std::string, SensorParams> sensors;
 
   template <class Visitor>
@@ -113,7 +79,16 @@ struct NodeParams : RuntimeParams {
              "measurements wait this long for the transform of a sensor that tf does not know yet");
     v.number("lost_window", lost_window, {1, 10000}, "1",
              "latest measurements that the verdict 'lost' is made from");
-    v.dictionary("sensors", sensors, "standard sensors as fields, by any name");
+    v.number(
+        "robot_patience", robot_patience, non_negative(), "s",
+        "several robots: their measurements are used in order of their stamps, and one whose "
+        "odometry is this far behind the others' (it is silent, or has left) is not waited for");
+    v.dictionary("robot_interfaces", robot_interfaces,
+                 "topics and frames of robots, by the name of the robot; a robot that is not here "
+                 "has its name as namespace, or none if it is the only one");
+    v.dictionary(
+        "sensors", sensors,
+        "standard sensors as fields, by any name; of every robot that has none of its own");
   }
   void validate() const {
     const auto frame = [](const char* key, const std::string& value) {

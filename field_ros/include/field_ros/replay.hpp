@@ -14,8 +14,8 @@ struct ReplayOptions {
   std::string config;
   std::string output;  ///< directory; files of an earlier run are replaced
   std::optional<std::uint64_t> seed;
-  std::string odom_topic = "/odom";
-  std::string field_topic = "/field";
+  /// Of the one robot; empty: /odom and /field, or what robot_interfaces says.
+  std::string odom_topic, field_topic;
   std::string predict;       ///< CSV with columns x_m,y_m; empty: no prediction.csv
   std::string load_state;    ///< state file to start from; empty: none
   std::string save_state;    ///< state file to write at the end; empty: none

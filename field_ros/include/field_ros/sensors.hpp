@@ -11,26 +11,29 @@
 
 #include <string>
 
-#include "field_ros/node_params.hpp"
+#include "field_ros/sensor_params.hpp"
 
 namespace field_ros {
 
 /// ROS type of a sensor, such as "sensor_msgs/Temperature".
 const char* sensor_datatype(SensorType type);
 
-/// The message's value as field `field`, its variance (0: the configured noise) and its header.
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Temperature& m, const std::string& field);
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Illuminance& m, const std::string& field);
+/// The message's value as the sensor's field, its variance (0: the configured noise) and its
+/// header.
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Temperature& m,
+                                      const SensorParams& sensor);
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Illuminance& m,
+                                      const SensorParams& sensor);
 field_msgs::FieldMeasurement to_field(const sensor_msgs::RelativeHumidity& m,
-                                      const std::string& field);
+                                      const SensorParams& sensor);
 field_msgs::FieldMeasurement to_field(const sensor_msgs::FluidPressure& m,
-                                      const std::string& field);
+                                      const SensorParams& sensor);
 /// A range outside [min_range, max_range] is not observed (NaN).
-field_msgs::FieldMeasurement to_field(const sensor_msgs::Range& m, const std::string& field);
-/// <field>_x, _y, _z in the sensor's frame [T] and <field>_norm, which does not depend on the
-/// heading.
+field_msgs::FieldMeasurement to_field(const sensor_msgs::Range& m, const SensorParams& sensor);
+/// FIELD_x, _y, _z in the sensor's frame [T], calibrated, and FIELD_norm, which does not depend
+/// on the heading.
 field_msgs::FieldMeasurement to_field(const sensor_msgs::MagneticField& m,
-                                      const std::string& field);
+                                      const SensorParams& sensor);
 
 /// Calls `visit` with a null pointer of the message type that belongs to `type`.
 template <class Visit>

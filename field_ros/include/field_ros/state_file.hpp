@@ -16,7 +16,7 @@ void write_state_file(const std::string& path, const field_msgs::EstimatorState&
 /// @throws DataError: no bag, no /state, or a message of another type or version (md5sum)
 field_msgs::EstimatorState read_state_file(const std::string& path);
 
-/// <directory>/<name>.bag with "~/" expanded.
+/// DIRECTORY/NAME.bag with "~/" expanded.
 /// @throws DataError unless the name is made of letters, digits, '_' and '-', or if the directory
 /// is ""
 std::string state_path(const std::string& directory, const std::string& name);

@@ -39,7 +39,7 @@ class StateKeeper {
   void load(const std::string& name);
   void collect(bool wait);
   void save_in_background();
-  bool learned() const { return session_.counts().applied != applied_at_save_; }
+  bool learned() const { return session_.applied() != applied_at_save_; }
 
   Session& session_;
   Clock::time_point last_;

@@ -29,7 +29,8 @@ struct MergeLimits {
 struct MergedStep {
   field_core::OdometryIncrement increment;
   field_core::Sample sample;
-  field_core::SE2 odom_pose;  ///< odometry at the sample's stamp
+  field_core::SE2 odom_pose;                                ///< odometry at the sample's stamp
+  std::optional<field_core::PositionObservation> position;  ///< instead of readings
 };
 
 class StreamMerge {
@@ -46,14 +47,16 @@ class StreamMerge {
   bool add_odometry(const OdometrySample& odometry);
 
   /// O(pending) in the worst case, O(1) for samples in order.
-  void add_sample(field_core::Sample sample);
+  /// @param position seen at the sample's stamp; the sample has no readings then
+  void add_sample(field_core::Sample sample,
+                  std::optional<field_core::PositionObservation> position = std::nullopt);
+
+  /// Stamp of what next() would return; gives up what can never be used.
+  std::optional<field_core::Stamp> ready_stamp(bool end_of_input = false);
 
   /// The next step that is ready. @param end_of_input nothing will follow: do not wait for the
   /// window
   std::optional<MergedStep> next(bool end_of_input = false);
-
-  /// True if next() would have a step, or something to give up.
-  bool ready() const { return !queue_.empty() && ready(queue_.front()); }
 
   /// Overload: gives up the oldest ready sample as long as one that is more than `most_lag` newer
   /// is ready as well. What next() returns is then at most `most_lag` behind what is known.
@@ -71,8 +74,14 @@ class StreamMerge {
   void clear();
 
  private:
+  struct Waiting {
+    field_core::Sample sample;
+    std::optional<field_core::PositionObservation> position;
+  };
+
+  /// Odometry interpolated, or the anchor's, which may be older than what the buffer still holds.
   std::optional<field_core::SE2> pose_at(field_core::Stamp stamp) const;
-  bool ready(const field_core::Sample& sample) const;
+  bool ready(const Waiting& waiting) const;
   bool handle_jump(const OdometrySample& odometry);
   void push_odometry(const OdometrySample& odometry);
   void give_up_candidate();
@@ -80,8 +89,8 @@ class StreamMerge {
   MergeLimits limits_;
   OnDrop on_drop_;
   std::deque<OdometrySample> odometry_;
-  std::deque<field_core::Sample> queue_;       // ordered by stamp
-  std::deque<field_core::Sample> after_jump_;  // arrived while candidate_ may be a restarted clock
+  std::deque<Waiting> queue_;       // ordered by stamp
+  std::deque<Waiting> after_jump_;  // arrived while candidate_ may be a restarted clock
   std::optional<OdometrySample>
       candidate_;  // far from the newest: waits for the next to confirm it
   std::optional<OdometrySample> anchor_;

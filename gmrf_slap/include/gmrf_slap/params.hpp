@@ -91,6 +91,39 @@ struct FieldParams {
   void validate() const;
 };
 
+/// One robot's sensor of one field.
+struct RobotFieldParams {
+  double measurement_stddev = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("measurement_stddev", measurement_stddev, field_core::non_negative(), "field unit",
+             "noise of this robot's measurements; 0: the field's");
+  }
+};
+
+/// What one robot has of its own, instead of what is common to all.
+struct RobotModelParams {
+  std::vector<double> initial_pose, initial_variance, odom_alpha;
+  double position_stddev = 0.0;
+  std::map<std::string, RobotFieldParams> fields;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    using field_core::non_negative;
+    v.numbers("initial_pose", initial_pose, {0, 3}, field_core::any_number(), "m, m, rad",
+              "start [x, y, yaw] in the map frame; []: the common initial_pose_*");
+    v.numbers("initial_variance", initial_variance, {0, 3}, non_negative(), "m^2, m^2, rad^2",
+              "variances of the start; []: the common initial_cov_*");
+    v.numbers("odom_alpha", odom_alpha, {0, 4}, non_negative(), "as odom_alpha1..4",
+              "odometry noise [alpha1, alpha2, alpha3, alpha4]; []: the common odom_alpha*");
+    v.number("position_stddev", position_stddev, non_negative(), "m",
+             "noise of its position observations; 0: the common position_stddev");
+    v.dictionary("fields", fields, "its sensors, by the name of the field");
+  }
+  void validate() const;
+};
+
 struct GmrfSlapParams : field_core::MotionParams {
   std::map<std::string, FieldParams> fields;
   GridParams grid;
@@ -99,6 +132,7 @@ struct GmrfSlapParams : field_core::MotionParams {
   double position_stddev = 10.0;
   Engine engine = Engine::dense;
   std::vector<std::string> robots = {"robot1"};
+  std::map<std::string, RobotModelParams> robot_models;
   PositionBelief position_belief = PositionBelief::trajectories;
   int particles = 200;
   int lag = 60;
@@ -123,6 +157,8 @@ struct GmrfSlapParams : field_core::MotionParams {
              {{"dense", Engine::dense}, {"sparse", Engine::sparse}, {"local", Engine::local}},
              "dense: small grids; sparse: large grids; local: cost independent of the grid");
     v.texts("robots", robots, "names of the robots that share the fields");
+    v.dictionary("robot_models", robot_models,
+                 "starts, odometry and sensors that differ between robots, by the robot's name");
     v.choice("position_belief", position_belief,
              {{"trajectories", PositionBelief::trajectories},
               {"lattice", PositionBelief::lattice},
@@ -149,6 +185,12 @@ struct GmrfSlapParams : field_core::MotionParams {
     visit_start_and_updates(v);
   }
   void validate() const;
+  /// These parameters with what the robot has of its own in the place of what is common.
+  GmrfSlapParams of_robot(const std::string& robot) const;
+  /// Noise of a measurement. [field unit]
+  double measurement_stddev_of(const FieldParams& field) const {
+    return field.measurement_stddev > 0.0 ? field.measurement_stddev : measurement_stddev;
+  }
 };
 
 }  // namespace gmrf_slap

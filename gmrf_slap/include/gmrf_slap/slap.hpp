@@ -28,8 +28,8 @@ class Slap {
   void predict(int robot, const field_core::OdometryIncrement& increment);
   /// Eq. (6) with a known command F u and noise covariance of w, in the map frame.
   void displace(int robot, const Eigen::Vector2d& motion, const Eigen::Matrix2d& noise);
-  /// Eq. (3). A covariance of 0 stands for position_stddev. Skips: "position observation off the
-  /// belief": more than kImplausibleSigmas standard deviations away.
+  /// Eq. (3). A covariance of 0 stands for the robot's position_stddev. Skips: "position
+  /// observation off the belief": more than kImplausibleSigmas standard deviations away.
   field_core::UpdateResult observe_position(
       int robot, const Eigen::Vector2d& position,
       const Eigen::Matrix2d& covariance = Eigen::Matrix2d::Zero());
@@ -58,6 +58,11 @@ class Slap {
   void restore(const field_core::State& state);
 
  private:
+  /// How one robot senses; robots differ in it (robot_models).
+  struct Senses {
+    GmrfSlapParams params;
+    std::vector<double> noise_variance;  // of each field
+  };
   struct Robot {
     std::unique_ptr<RobotBelief> belief;
     field_core::Stamp stamp{0};
@@ -65,12 +70,14 @@ class Slap {
     double moved_distance = 0.0, moved_angle = 0.0;  // since the last update
   };
   Robot& at(int robot) { return robots_.at(static_cast<std::size_t>(robot)); }
+  const Senses& senses(int robot) const { return senses_.at(static_cast<std::size_t>(robot)); }
   const Robot& at(int robot) const { return robots_.at(static_cast<std::size_t>(robot)); }
   std::unique_ptr<RobotBelief> make_belief(int robot) const;
   const FieldBank& merged() const;
   Eigen::VectorXd theta_posterior(std::size_t field) const;
 
   GmrfSlapParams params_;
+  std::vector<Senses> senses_;
   std::uint64_t seed_;
   FieldBank fields_;
   std::vector<field_core::FieldInfo> infos_;

@@ -132,22 +132,22 @@ _numbers = itertools.count(1)
 
 
 class Node(Process):
-    """A node of the suite with its parameters on the server, and its topics resolved below /name.
+    """An estimator's node with its parameters on the server, and its topics resolved below /name.
 
     Each gets a name of its own: nothing that is left of a node before can be taken for it.
     """
 
-    def __init__(self, configuration, package="gp_localize", **parameters):
-        self.name = name = f"{package}_{next(_numbers)}"
+    def __init__(self, configuration, estimator="gp_localize", **parameters):
+        self.name = name = f"{estimator}_{next(_numbers)}"
         values = yaml.safe_load(configuration)
         values.update(parameters)
         rospy.set_param("/" + name, values)
-        super().__init__(workspace.program(package, f"{package}_node"), f"__name:={name}",
+        super().__init__(workspace.program(estimator, f"{estimator}_node"), f"__name:={name}",
                          f"odom:=/{name}/odom", f"field:=/{name}/field", f"initialpose:=/{name}/initialpose",
                          f"global_localization:=/{name}/global_localization")
 
     def topic(self, name):
-        return f"/{self.name}/{name}"
+        return name if name.startswith("/") else f"/{self.name}/{name}"
 
     def service(self, name, service_type):
         """A call of the service, once it is there."""

@@ -19,8 +19,8 @@ def run(package, name, *arguments, **options):
                           timeout=TIMEOUT_S, check=False, **options)
 
 
-def replay(bag, config, output, *more, package="gp_localize"):
-    return run(package, f"{package}_replay", "--bag", bag, "--config", config, "--output", output, *more)
+def replay(bag, config, output, *more, estimator="gp_localize"):
+    return run(estimator, f"{estimator}_replay", "--bag", bag, "--config", config, "--output", output, *more)
 
 
 class ProgramTest(unittest.TestCase):

@@ -9,6 +9,9 @@ from support import workspace
 from support.live import Process, wait_for
 
 SIZE = (1400, 900)
+BACKGROUND = (38, 38, 42)
+VIRIDIS = {"low": (68, 1, 84), "middle": (33, 145, 140), "high": (253, 231, 37)}
+LEGEND = (slice(10, 246), slice(10, 142))  # rows, columns
 
 
 class Screen:
@@ -50,6 +53,32 @@ class Screen:
 def near(image, colour, tolerance=12):
     """Where pixels have a colour, up to anti-aliasing and blending."""
     return (np.abs(image.astype(int) - np.array(colour)).max(axis=2) <= tolerance)
+
+
+def at_least(count, colour, tolerance=12):
+    """Outside the legend."""
+    def seen(image):
+        found = near(image, colour, tolerance)
+        found[LEGEND] = False
+        return int(found.sum()) >= count
+    return seen
+
+
+def colourful(image):
+    """The learned field is more than one colour: blue to yellow-green, blended with the dark ground."""
+    inside = image[260:, 150:].astype(int)
+    saturated = (inside.max(axis=2) - inside.min(axis=2)) > 40
+    hues = {tuple(c) for c in (inside[saturated] // 32)[::97]}
+    return saturated.sum() > 20000 and len(hues) > 12
+
+
+def legend_has_the_colour_map(image):
+    bar = image[LEGEND][:, 10:30]
+    return all(near(bar, colour, 25).any() for colour in VIRIDIS.values())
+
+
+# What every configuration shows beside its own layers.
+FIELD = {"ground": at_least(1000, BACKGROUND), "field": colourful, "legend": legend_has_the_colour_map}
 
 
 def config(name):

@@ -24,13 +24,13 @@ def bag(name):
     return package("field_bags") / "bags" / f"{name}.bag"
 
 
-def config(name, folder="bags", node="gp_localize"):
-    return package("field_config") / folder / f"{name}.{node}.yaml"
+def config(name, folder="bags", estimator="gp_localize"):
+    return package("field_config") / folder / f"{name}.{estimator}.yaml"
 
 
-def configured_bags(node="gp_localize"):
-    """Names of the bundled bags that come with a configuration of the node."""
-    files = (package("field_config") / "bags").glob(f"*.{node}.yaml")
+def configured_bags(estimator="gp_localize"):
+    """Names of the bundled bags that come with a configuration of the estimator."""
+    files = (package("field_config") / "bags").glob(f"*.{estimator}.yaml")
     return sorted(path.name.split(".")[0] for path in files)
 
 
