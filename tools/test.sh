@@ -13,7 +13,7 @@ note "running the tests"
 status=0
 colcon_ test --base-paths "$root" --build-base "$build_dir" --install-base "$install_dir" \
   --merge-install --executor sequential --return-code-on-test-failure \
-  --event-handlers console_direct+ "${select[@]}" || status=$?
+  --event-handlers console_direct+ "${select[@]}" --ctest-args --parallel "$(nproc)" || status=$?
 
 note "summary"
 colcon_ test-result --test-result-base "$build_dir" --verbose | tail -n 40 || true
