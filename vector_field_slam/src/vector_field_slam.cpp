@@ -203,10 +203,9 @@ field_core::Belief VectorFieldSlam::belief() const {
   if (!started_) return {stamp_, start_.pose(), start_.covariance(), {}};
   if (relocalization_.active()) return relocalization_.belief(stamp_);
   const RobotVector robot = solver_->robot();
-  return {stamp_,
-          SE2(robot[0], robot[1], robot[2]),
-          solver_->robot_covariance().topLeftCorner<kPose, kPose>(),
-          {}};
+  const Eigen::Matrix3d pose = solver_->robot_covariance().topLeftCorner<kPose, kPose>();
+  // Rounding leaves the two halves apart by a last digit.
+  return {stamp_, SE2(robot[0], robot[1], robot[2]), 0.5 * (pose + pose.transpose()), {}};
 }
 
 void VectorFieldSlam::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
