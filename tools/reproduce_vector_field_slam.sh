@@ -11,14 +11,14 @@ use_workspace
 out=$root/out/vector_field_slam
 seeds=${1:-20}
 mkdir -p "$out"
-# simulate EXPERIMENT SEEDS
+# simulate EXPERIMENT SEEDS [SEEDS OF THE SLOW VARIANTS]
 simulate() {
   [[ -s $out/$1.csv ]] && return
   note "$1"
-  nice rosrun vector_field_slam vector_field_slam_experiment --experiment "$1" --seeds "$2" >"$out/$1.partial"
+  nice rosrun vector_field_slam vector_field_slam_experiment --experiment "$1" --seeds "$2" --corrected-seeds "${3:-3}" >"$out/$1.partial"
   mv "$out/$1.partial" "$out/$1.csv"
 }
 simulate nine "$seeds"
-simulate iec "$(((seeds + 9) / 10))"
+simulate iec "$(((seeds + 9) / 10))" 0
 $python tools/reproduce_vector_field_slam.py --data "${FIELD_DATA_DIR:-$root/../shared/data}" --seeds "$seeds" \
   --work "$out" --output docs/results

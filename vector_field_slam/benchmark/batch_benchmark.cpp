@@ -34,7 +34,7 @@ void batch(benchmark::State& state) {
   state.counters["first_cost"] = report.initial_cost;
   state.counters["converged"] = report.converged;
 }
-BENCHMARK(batch)->Arg(6)->Arg(10)->Arg(20)->Unit(benchmark::kMillisecond);
+BENCHMARK(batch)->Arg(6)->Arg(10)->Arg(20)->Arg(24)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

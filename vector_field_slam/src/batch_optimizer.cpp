@@ -271,6 +271,11 @@ void BatchOptimizer<M>::linearize(const BatchProblem<M>& problem) {
 
 template <int M>
 double BatchOptimizer<M>::cost(const BatchProblem<M>& problem) const {
+  return cost(problem, Cells::those_of_the_poses);
+}
+
+template <int M>
+double BatchOptimizer<M>::cost(const BatchProblem<M>& problem, Cells cells) const {
   const RobotVector start = start_residual(problem);
   double sum = start.dot(problem.start_information * start);
   for (std::size_t t = 1; t < problem.poses.size(); ++t) {
@@ -288,7 +293,8 @@ double BatchOptimizer<M>::cost(const BatchProblem<M>& problem) const {
   for (const auto& m : problem.measurements) {
     e.setZero();
     const SensorPose<double> sensor(problem.poses[m.pose].data(), m.mounting);
-    rows(problem, m, cell_at(problem, sensor, m.cell), sensor, nullptr, e.data());
+    const bool kept = cells == Cells::kept;
+    rows(problem, m, kept ? m.cell : cell_at(problem, sensor, m.cell), sensor, nullptr, e.data());
     sum += e.squaredNorm();
   }
   return 0.5 * sum;
@@ -308,34 +314,45 @@ void BatchOptimizer<M>::move(const BatchProblem<M>& from, const Eigen::VectorXd&
 }
 
 template <int M>
+void BatchOptimizer<M>::step(BatchProblem<M>& problem, BatchProblem<M>& trial) {
+  linearize(problem);
+  factor_.factorize(pattern_.matrix());
+  const Eigen::VectorXd step = -factor_.solve(gradient_);
+  slope_ = -step.dot(gradient_);  // > 0: twice what the linear model promises
+  for (std::size_t k = 0; k < problem.measurements.size(); ++k) {
+    trial.measurements[k].cell = problem.measurements[k].cell;
+  }
+  const double before = cost(problem, Cells::kept);
+  constexpr double kShortest = 1e-3;
+  for (double length = 1.0; length > kShortest; length *= 0.5) {
+    move(problem, length * step, trial);
+    const double gained = before - cost(trial, Cells::kept);
+    if (gained >= 0.1 * length * slope_ * (1.0 - 0.5 * length)) break;
+  }
+}
+
+template <int M>
 BatchReport BatchOptimizer<M>::optimize(BatchProblem<M>& problem, const BatchOptions& options) {
   BatchReport report;
   report.initial_cost = report.cost = cost(problem);
-  BatchProblem<M> trial = problem;
+  BatchProblem<M> trial = problem, best = problem;
+  int in_vain = 0;  // iterations in a row
   while (report.iterations < options.most_iterations && !report.converged) {
     prepare(problem);
-    linearize(problem);
+    step(problem, trial);
     ++report.iterations;
-    factor_.factorize(pattern_.matrix());
-    const Eigen::VectorXd step = -factor_.solve(gradient_);
-    const double slope = -step.dot(gradient_);  // > 0: twice what the linear model promises
-    const double enough = options.tolerance * report.cost;
-    for (std::size_t k = 0; k < problem.measurements.size(); ++k) {
-      trial.measurements[k].cell = problem.measurements[k].cell;
-    }
-    double length = 1.0, gained = 0.0;
-    for (; length * slope > enough; length *= 0.5) {
-      move(problem, length * step, trial);
-      gained = report.cost - cost(trial);
-      if (gained >= 0.1 * length * slope * (1.0 - 0.5 * length)) break;
-    }
-    report.converged = length * slope <= enough || gained <= enough;
-    if (length * slope <= enough) break;
     std::swap(problem.poses, trial.poses);
     std::swap(problem.nodes, trial.nodes);
     problem.offset = trial.offset;
-    report.cost -= gained;
+    const double now = cost(problem);
+    in_vain = now < report.cost - options.tolerance * report.cost ? 0 : in_vain + 1;
+    if (now < report.cost) {
+      report.cost = now;
+      best = problem;
+    }
+    report.converged = in_vain >= 2 || slope_ <= options.tolerance * report.cost;
   }
+  problem = std::move(best);
   return report;
 }
 
