@@ -47,19 +47,34 @@ void PlaceMixture::join() {
   places_.resize(std::min(places_.size(), last + 1));
 }
 
+double PlaceMixture::prune(double mass) {
+  sorted_.clear();
+  for (const Place& place : places_) sorted_.push_back(place.weight);
+  std::sort(sorted_.begin(), sorted_.end());
+  std::size_t lightest = 0;
+  double removed = 0.0;
+  while (lightest + 1 < sorted_.size() && removed + sorted_[lightest] <= mass) {
+    removed += sorted_[lightest++];
+  }
+  // Places as heavy as the lightest that stays, stay.
+  const double least = sorted_[lightest];
+  removed = 0.0;
+  const auto light = [&](const Place& place) {
+    if (place.weight < least) removed += place.weight;
+    return place.weight < least;
+  };
+  places_.erase(std::remove_if(places_.begin(), places_.end(), light), places_.end());
+  return removed;
+}
+
 double PlaceMixture::condition(GaussianField& field, double noise, double prune_mass) {
   join();
+  if (places_.empty()) return 0.0;
   double total = 0.0;
   for (const Place& place : places_) total += place.weight;
-  if (places_.empty()) return 0.0;
-  const double threshold = prune_mass * total / static_cast<double>(places_.size());
-  double kept = 0.0;
-  std::size_t count = 0;
-  for (const Place& place : places_) {
-    if (place.weight < threshold) continue;
-    kept += place.weight;
-    places_[count++] = place;
-  }
+  const double left_out = prune(prune_mass * total);
+  const double kept = total - left_out;
+  const std::size_t count = places_.size();
   rows_.resize(std::max(rows_.size(), count));
   mean_.resize(rows_.size());
   variance_.resize(rows_.size());
@@ -71,7 +86,7 @@ double PlaceMixture::condition(GaussianField& field, double noise, double prune_
                 variance_[k] + noise);
   }
   field.condition(update_);
-  return 1.0 - kept / total;
+  return left_out / total;
 }
 
 }  // namespace gmrf_slap

@@ -16,8 +16,9 @@ class PlaceMixture {
   /// @param residual measurement minus prior mean at the place. Rows without sites are left out:
   /// there is no field outside of the grid.
   void add(const SiteRow& row, double weight, double residual);
-  /// Conditions `field` on the measurement. Weights are normalized; `prune_mass` of them may be
-  /// left out. Returns the mass that was. O(places log places) and field.condition().
+  /// Conditions `field` on the measurement. Weights are normalized; the lightest places are left
+  /// out as long as together they hold at most `prune_mass`. Returns the mass that was left out.
+  /// O(places log places) and field.condition().
   double condition(GaussianField& field, double noise, double prune_mass);
 
  private:
@@ -28,10 +29,12 @@ class PlaceMixture {
     SiteRow row;
   };
   void join();
+  /// Removes the lightest places, in sum at most `mass`; returns what they held.
+  double prune(double mass);
 
   std::vector<Place> places_;
   MixtureUpdate update_;
-  std::vector<double> mean_, variance_;
+  std::vector<double> mean_, variance_, sorted_;
   std::vector<SiteRow> rows_;
 };
 
