@@ -31,7 +31,19 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
       health_(params.lost),
       bins_(params.particles) {
   for (const FieldModel& model : models_) infos_.push_back(model.info);
+  reserve();
   reset();
+}
+
+/// For as many particles as there may ever be: their number varies during the run.
+void GpLocalize::reserve() {
+  const auto most = static_cast<std::size_t>(params_.particles);
+  particles_.reserve(most);
+  resampled_.reserve(most);
+  weighted_poses_.reserve(most);
+  poses_.reserve(most);
+  for (auto* numbers : {&log_weights_, &cumulative_}) numbers->reserve(most);
+  ancestors_.reserve(most);
 }
 
 void GpLocalize::reset() {
@@ -122,7 +134,8 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   map_->weigh(particles_, sample.sensor_in_base, observations_, log_weights_, innovation_);
   const UpdateResult result = normalized_innovation();
   for (std::size_t i = 0; i < log_weights_.size(); ++i) {
-    log_weights_[i] += std::log(particles_[i].weight);
+    log_weights_[i] =
+        params_.likelihood_exponent * log_weights_[i] + std::log(particles_[i].weight);
   }
   if (!normalize_log_weights(log_weights_)) {
     return UpdateResult::skipped("no particle explains the measurement");
@@ -170,7 +183,7 @@ void GpLocalize::resample_if_needed() {
 void GpLocalize::choose_ancestors() {
   const AdaptiveParams& a = params_.adaptive;
   if (a.min_particles == 0) {
-    low_variance_resample(log_weights_, random_.uniform(), ancestors_);
+    low_variance_resample(log_weights_, random_.uniform(), particles_.size(), ancestors_);
     return;
   }
   poses_.resize(particles_.size());

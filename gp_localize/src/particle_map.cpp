@@ -24,11 +24,16 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
     initial_.emplace_back(m);
     empty.emplace_back(m, slice_size_);
     phi_.emplace_back(m, params.particles);
+    features_.resize(std::max<std::size_t>(features_.size(), m * count));
+    Evaluation at;  // of its full size: the number of particles varies during the run
+    at.covariances.resize((slice_size_ + 3) / 4 * 4);
+    at.gain.resize(m);
+    evaluations_.insert(evaluations_.end(), count, at);
   }
+  points_.resize(2, params.particles);
   if (!params.survey.empty()) initial_ = map_from_survey(params.survey, fields_);
   closed_.assign(count, initial_);
   slices_.assign(count, empty);
-  evaluations_.resize(fields_.size() * count);
   users_.reserve(count);
   kept_.reserve(count);
   for (auto* list : {&map_, &slice_, &new_map_, &new_slice_, &spare_slices_, &free_}) {
@@ -90,7 +95,6 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
                         const std::vector<Observation>& observations,
                         std::vector<double>& log_likelihood, Innovation& innovation) {
   const std::size_t count = particles.size();
-  points_.resize(2, count);
   for (std::size_t p = 0; p < count; ++p) {
     points_.col(p) = particles[p].pose * sensor_in_base.translation();
   }
@@ -100,13 +104,14 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& o = observations[k];
     const SupportBasis& basis = fields_[o.field].basis;
-    basis.features(points_, features_);
-    phi_[k].leftCols(features_.cols()) = features_;
+    const auto n = static_cast<Eigen::Index>(count);
+    basis.features(points_.leftCols(n), features_.data());
+    phi_[o.field].leftCols(n) = Eigen::Map<const Features>(features_.data(), basis.size(), n);
     double mean = 0.0, square = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
-      Evaluation& at = evaluations_[k * count + p];
+      Evaluation& at = evaluation(o.field, p);
       slices_[slice_[p]][o.field].evaluate(basis, closed_[map_[p]][o.field], points_.col(p),
-                                           phi_[k].col(p).data(), recent_, at);
+                                           phi_[o.field].col(p).data(), recent_, at);
       const double variance = at.variance + o.likelihood_variance;
       const double error = o.value - at.mean;
       log_likelihood[p] += log_density(error, variance, basis.kernel().signal_variance());
@@ -123,9 +128,8 @@ void ParticleMap::learn(const ParticleSet& particles, const field_core::SE2&,
   const std::size_t count = particles.size();
   for (std::size_t p = 0; p < count; ++p) {
     Slices& slices = slices_[slice_[p]];
-    for (std::size_t k = 0; k < observations.size(); ++k) {
-      const Observation& o = observations[k];
-      slices[o.field].append(points_.col(p), phi_[k].col(p).data(), evaluations_[k * count + p],
+    for (const Observation& o : observations) {
+      slices[o.field].append(points_.col(p), phi_[o.field].col(p).data(), evaluation(o.field, p),
                              o.value, o.noise_variance);
     }
   }

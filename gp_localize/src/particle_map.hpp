@@ -37,6 +37,9 @@ class ParticleMap : public MapModel {
   using Closed = std::vector<SupportPosterior>;  // one per field
   using Slices = std::vector<OpenSlice>;         // one per field
 
+  Evaluation& evaluation(int field, std::size_t particle) {
+    return evaluations_[field * closed_.size() + particle];
+  }
   void share_among_all(std::size_t particles);
   double log_density(double error, double variance, double signal_variance) const;
   void close_slices();
@@ -56,9 +59,9 @@ class ParticleMap : public MapModel {
   std::vector<Slices> slices_;
   std::vector<int> map_, slice_, users_, free_;
   // Kept between steps; weigh() leaves in evaluations_ what learn() goes on with.
-  std::vector<Evaluation> evaluations_;  // [observation * P + particle]
-  Features features_;
-  std::vector<Eigen::MatrixXd> phi_;  // [observation]: m x P, by columns
+  std::vector<Evaluation> evaluations_;  // [field * most particles + particle]
+  std::vector<double> features_;
+  std::vector<Eigen::MatrixXd> phi_;  // [field]: m x P, by columns
   Eigen::Matrix2Xd points_;
   std::vector<int> new_map_, new_slice_, spare_slices_;
   std::vector<char> kept_;

@@ -68,6 +68,7 @@ class GpLocalize {
   }
 
  private:
+  void reserve();
   bool moved_enough() const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult normalized_innovation() const;

@@ -163,6 +163,7 @@ struct GpLocalizeParams : field_core::MotionParams {
   int subset_size = 40;
   bool redraw_sample_paths = true;
   double likelihood_noise_scale = 2.0;
+  double likelihood_exponent = 1.0;
   double outlier_share = 0.0;
   double resample_threshold = 0.5;
   Precision precision = Precision::single_precision;
@@ -210,6 +211,10 @@ struct GpLocalizeParams : field_core::MotionParams {
         "likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
         "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
         "the model");
+    v.number(
+        "likelihood_exponent", likelihood_exponent, {0.01, 1.0}, "1",
+        "the particles' likelihood is raised to this power: errors of a real field's model are alike "
+        "from one measurement to the next");
     v.number(
         "outlier_share", outlier_share, {0.0, 0.5}, "1",
         "this share of the measurements may be anything within the field's spread (map_hypotheses: "
