@@ -23,23 +23,34 @@ import replays
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 
-COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 10, "likelihood_noise_scale": 2.0,
-          "odom_alpha1": 0.0005, "odom_alpha2": 0.0005, "odom_alpha3": 0.01, "odom_alpha4": 0.0005}
+COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_noise_scale": 1.0,
+          "likelihood_exponent": 0.25,
+          "odom_alpha1": 0.00025, "odom_alpha2": 0.00025, "odom_alpha3": 0.005, "odom_alpha4": 0.00025}
+# Length scales and noise are learned further during the run.
+LEARNED = {"candidates": {"length_scales": [0.7, 1.0, 1.4], "noise": [0.25, 0.5, 1.0]}}
+PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 METHODS = {
-    "a map per particle": {"map_hypotheses": "particle"},
-    "the paper (eq. 12-13)": {"map_hypotheses": "sample_paths"},
-    "the paper (eq. 10-11)": {"map_hypotheses": "sample_paths", "observation_model": "online_pitc_assimilated"},
-    "SoD-Truncate": {"map_hypotheses": "sample_paths", "observation_model": "sod_truncate", "subset_size": 10},
-    "SoD-Even": {"map_hypotheses": "sample_paths", "observation_model": "sod_even", "subset_size": 40},
-    "a map per particle, scale estimated": {"map_hypotheses": "particle",
-                                            "odom_calibration": {"translation_stddev": 0.1}},
+    "a map per particle": LEARNED,
+    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.1}},
+    "a map per particle, fixed hyperparameters": {},
+    "the paper (eq. 12-13)": PAPER,
+    "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
+    "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
+    "SoD-Even": {**PAPER, "observation_model": "sod_even", "subset_size": 40},
 }
+KNOWN = {"mode": "localization", "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 KNOWN_MAP = {
-    "known map (survey)": {"mode": "localization"},
-    "known map, odometry noise of 30 %": {"mode": "localization", "odom_alpha3": 0.1},
-    "known map, scale estimated": {"mode": "localization", "odom_calibration": {"translation_stddev": 0.2}},
-    "survey, map learned further, scale estimated": {"mode": "lifelong",
+    "known map (survey)": KNOWN,
+    "known map, odometry noise of 30 %": {**KNOWN, "odom_alpha3": 0.1},
+    "known map, scale estimated": {**KNOWN, "odom_calibration": {"translation_stddev": 0.2}},
+    "survey, map learned further, scale estimated": {**KNOWN, "mode": "lifelong",
                                                      "odom_calibration": {"translation_stddev": 0.2}},
+}
+# The map of the other run, made under other lighting.
+OTHER_MAP = {
+    "map of the other run": {"mode": "localization"},
+    "map of the other run, level estimated": {"mode": "localization", "field_offset": {"stddev": 0.5, "memory": 100.0}},
+    "map of the other run, heavy tails": {"mode": "localization", "outlier_share": 0.1},
 }
 # Figure 4b: time per step on the Pioneer run, 100 particles and paths.
 TIMED = {"GP-Localize": "online_pitc", "SoD-Truncate": "sod_truncate", "SoD-Even": "sod_even", "full GP": "full_gp",
@@ -76,8 +87,12 @@ class Experiment:
         self.output = output / name
         self.output.mkdir(parents=True, exist_ok=True)
         self.run = replays.recording(self.folder, self.output)
-        self.survey = self.folder / self.source if isinstance(self.source, str) else None
-        self.fields = self.from_survey() if self.survey else self.from_other_run()
+        if isinstance(self.source, str):
+            self.survey, self.known_map = self.folder / self.source, KNOWN_MAP
+            self.fields = self.learn("--survey", self.survey)
+        else:
+            self.survey, self.known_map = self.output / "other_run.csv", OTHER_MAP
+            self.fields = self.from_other_run()
 
     def learn(self, *arguments):
         file = self.output / "hyper.yaml"
@@ -85,12 +100,9 @@ class Experiment:
             replays.run("rosrun", "gp_localize", "learn_hyperparameters", *arguments, "--output", file)
         return yaml.safe_load(file.read_text())["fields"]
 
-    def from_survey(self):
-        return self.learn("--survey", self.survey)
-
     def from_other_run(self):
-        """Length scales and the ratio of noise to signal from the other run. The level of the light is another one:
-        mean and spread are those of this run's own readings, for which no position is needed."""
+        """Length scales and the ratio of noise to signal from the other run, and its readings as a survey. The level of
+        the light is another one: mean and spread are those of this run's own readings, for which no position is needed."""
         other, field = self.source
         bag = replays.recording(self.data / other, self.output).bag
         learned = self.learn("--bag", bag, "--fields", field)[field]
@@ -98,6 +110,10 @@ class Experiment:
         here = column(self.folder / "measurements.csv", mine)
         there = column(self.data / other / "measurements.csv", field)
         ratio = statistics.pstdev(here) / statistics.pstdev(there)
+        x, y = (column(self.data / other / "truth.csv", axis) for axis in ("x_m", "y_m"))
+        level = [statistics.mean(here) + ratio * (value - statistics.mean(there)) for value in there]
+        rows = [f"{a},{b},{value:.6g}" for a, b, value in zip(x, y, level)]
+        self.survey.write_text("\n".join([f"x_m,y_m,{mine}", *rows]) + "\n")
         learned.update(mean=statistics.mean(here), signal_stddev=ratio * learned["signal_stddev"],
                        noise_stddev=ratio * learned["noise_stddev"])
         return {mine: learned}
@@ -112,8 +128,8 @@ class Experiment:
         values = dict(COMMON, fields=fields, initial_pose_x=x, initial_pose_y=y, initial_pose_a=yaw,
                       initial_cov_xx=position, initial_cov_yy=position, initial_cov_aa=angle,
                       support={"selection": "grid", "size": min(120, max(40, points)), "region": self.region})
-        values.update({**METHODS, **KNOWN_MAP}[method])
-        if method in KNOWN_MAP:
+        values.update({**METHODS, **self.known_map}[method])
+        if method in self.known_map:
             values["survey"] = str(self.survey)
         return values
 
@@ -154,9 +170,8 @@ class Experiment:
             for start in STARTS:
                 for method in METHODS:
                     yield names, method, start
-                if self.survey:
-                    for method in KNOWN_MAP:
-                        yield names, method, start
+                for method in self.known_map:
+                    yield names, method, start
 
 
 def cells(experiment, names, method, start, results, reference):
@@ -246,7 +261,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--only", nargs="+", choices=RUNS, default=list(RUNS))
-    parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP])
+    parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP, *OTHER_MAP])
     parser.add_argument("--starts", nargs="+", help="only these starts", default=list(STARTS))
     parser.add_argument("--multiple", action="store_true", help="only all fields together")
     parser.add_argument("--times", type=int, default=3, help="seeds of the time-per-step figure; 0: no figure")

@@ -31,7 +31,19 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
       health_(params.lost),
       bins_(params.particles) {
   for (const FieldModel& model : models_) infos_.push_back(model.info);
+  reserve();
   reset();
+}
+
+/// For as many particles as there may ever be: their number varies during the run.
+void GpLocalize::reserve() {
+  const auto most = static_cast<std::size_t>(params_.particles);
+  particles_.reserve(most);
+  resampled_.reserve(most);
+  weighted_poses_.reserve(most);
+  poses_.reserve(most);
+  for (auto* numbers : {&log_weights_, &cumulative_}) numbers->reserve(most);
+  ancestors_.reserve(most);
 }
 
 void GpLocalize::reset() {
@@ -111,7 +123,8 @@ void GpLocalize::collect_observations(const field_core::Sample& sample) {
     if (reading.field < 0 || reading.field >= static_cast<int>(models_.size())) continue;
     const FieldModel& model = models_[reading.field];
     const double noise = reading.variance > 0.0 ? reading.variance : model.noise_variance;
-    observations_.push_back({reading.field, reading.value - model.mean, noise, scale * noise});
+    observations_.push_back(
+        {reading.field, reading.value - model.mean, noise, scale * noise, sample.stamp});
   }
 }
 
@@ -122,12 +135,14 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   map_->weigh(particles_, sample.sensor_in_base, observations_, log_weights_, innovation_);
   const UpdateResult result = normalized_innovation();
   for (std::size_t i = 0; i < log_weights_.size(); ++i) {
-    log_weights_[i] += std::log(particles_[i].weight);
+    log_weights_[i] =
+        params_.likelihood_exponent * log_weights_[i] + std::log(particles_[i].weight);
   }
   if (!normalize_log_weights(log_weights_)) {
     return UpdateResult::skipped("no particle explains the measurement");
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
+  map_->track_offsets(observations_);
   if (params_.mode != Mode::localization) {
     map_->learn(particles_, sample.sensor_in_base, observations_, random_);
   }
@@ -170,7 +185,7 @@ void GpLocalize::resample_if_needed() {
 void GpLocalize::choose_ancestors() {
   const AdaptiveParams& a = params_.adaptive;
   if (a.min_particles == 0) {
-    low_variance_resample(log_weights_, random_.uniform(), ancestors_);
+    low_variance_resample(log_weights_, random_.uniform(), particles_.size(), ancestors_);
     return;
   }
   poses_.resize(particles_.size());
@@ -233,16 +248,26 @@ field_core::FieldPrediction GpLocalize::predict_field(const Eigen::Matrix2Xd& po
 }
 
 field_core::MapRegion GpLocalize::map_region() const {
+  field_core::MapRegion region;
+  const FieldModel& model = models_.front();
+  const Eigen::Vector2d margin = model.basis.kernel().length_scales();
+  const auto include = [&](const Eigen::Vector2d& p) {
+    region.x_min = std::min(region.x_min, p.x() - margin.x());
+    region.y_min = std::min(region.y_min, p.y() - margin.y());
+    region.x_max = std::max(region.x_max, p.x() + margin.x());
+    region.y_max = std::max(region.y_max, p.y() + margin.y());
+  };
   if (params_.support.selection != SupportSelection::explicit_points) {
     const auto& r = params_.support.region;
-    return {r[0], r[1], r[2], r[3]};
+    region = {r[0], r[1], r[2], r[3]};
+  } else {  // explicit points: their box, and one length scale around it
+    region = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+    const Eigen::Matrix2Xd support = model.basis.support();
+    for (const Eigen::Vector2d p : support.colwise()) include(p);
   }
-  // Explicit points: their box, and one length scale around it.
-  const FieldModel& model = models_.front();
-  const Eigen::Vector2d low = model.basis.support().rowwise().minCoeff();
-  const Eigen::Vector2d high = model.basis.support().rowwise().maxCoeff();
-  const Eigen::Vector2d margin = model.basis.kernel().length_scales();
-  return {low.x() - margin.x(), low.y() - margin.y(), high.x() + margin.x(), high.y() + margin.y()};
+  const Eigen::Matrix2Xd grown = map_->grown_support();
+  for (const Eigen::Vector2d p : grown.colwise()) include(p);
+  return region;
 }
 
 }  // namespace gp_localize

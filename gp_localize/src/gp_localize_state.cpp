@@ -3,6 +3,7 @@
 
 #include "field_core/errors.hpp"
 #include "gp_localize/gp_localize.hpp"
+#include "gp_localize/resampling.hpp"
 
 namespace gp_localize {
 
@@ -64,16 +65,10 @@ void GpLocalize::restore(const field_core::State& state) {
 /// The maps of the saved particles, by their weights, for particles at the start.
 void GpLocalize::restore_map(const field_core::State& state) {
   const Eigen::MatrixXd particles = state.matrix("particles", kStateSize + 1, -1);
-  const Eigen::VectorXd weights = particles.row(kStateSize).transpose();
-  std::vector<int> ancestors(params_.particles);
-  double cumulative = weights[0];
-  Eigen::Index from = 0;
-  for (int i = 0; i < params_.particles; ++i) {
-    while ((i + 0.5) / params_.particles >= cumulative && from + 1 < weights.size()) {
-      cumulative += weights[++from];
-    }
-    ancestors[i] = static_cast<int>(from);
-  }
+  std::vector<double> weights(particles.cols());
+  for (Eigen::Index i = 0; i < particles.cols(); ++i) weights[i] = particles(kStateSize, i);
+  std::vector<int> ancestors;
+  low_variance_resample(weights, 0.5, params_.particles, ancestors);
   map_->restore(state, ancestors);  // the last that can fail
   random_ = field_core::Random(seed_);
   draw_start();

@@ -96,6 +96,13 @@ void OpenSlice::close(const SupportPosterior& before, SupportPosterior& after) {
   open_ = 0;
 }
 
+void OpenSlice::extend(const SupportBasis& basis) {
+  const Eigen::Index newest = basis.support().cols() - 1;
+  for (int i = 0; i < open_; ++i) {
+    numbers_[features(i) - numbers_.data() + newest] = basis.newest_feature(point(i));
+  }
+}
+
 void OpenSlice::copy_from(const OpenSlice& other) {
   open_ = other.open_;
   const double* from = other.numbers_.data();

@@ -18,7 +18,10 @@ void SupportParams::validate() const {
     throw ParameterError("support/points",
                          "selection: explicit needs a list of points [[x, y], ...]");
   }
-  if (points.size() > 400) {
+  if (size + budget > 400) {
+    throw ParameterError("support/budget", "and support/size must not be more than 400 together");
+  }
+  if (points.size() + budget > 400) {
     throw ParameterError("support/points", std::to_string(points.size()) +
                                                " points are too many; at most 400 are allowed");
   }
@@ -40,6 +43,20 @@ void GpLocalizeParams::validate() const {
   if (map_hypotheses != MapHypotheses::particle && (known_map() || !survey.empty())) {
     throw ParameterError("map_hypotheses",
                          "must be particle for modes localization and lifelong, and with a survey");
+  }
+  if (map_hypotheses != MapHypotheses::particle && support.budget > 0) {
+    throw ParameterError("support/budget", "needs map_hypotheses: particle");
+  }
+  if (candidates.count() > 1 &&
+      (map_hypotheses != MapHypotheses::particle || known_map() || !survey.empty())) {
+    throw ParameterError("candidates",
+                         "needs map_hypotheses: particle and mode: mapping, without a survey; a "
+                         "known map was made with one set of hyperparameters");
+  }
+  if (field_offset.stddev > 0.0 && mode != Mode::localization) {
+    throw ParameterError(
+        "field_offset/stddev",
+        "needs mode: localization; a map that is still learned takes up the drift");
   }
   if (support.selection == SupportSelection::survey && survey.empty()) {
     throw ParameterError("support/selection", "is survey, but no file is named by `survey`");

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "field_offsets.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
 
@@ -23,11 +24,15 @@ class ParticleMap : public MapModel {
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;
+  void track_offsets(const std::vector<Observation>& observations) override;
   void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, field_core::Random& random) override;
   void resampled(const std::vector<int>& ancestors) override;
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
+  Eigen::Matrix2Xd grown_support() const override;
+  std::vector<field_core::HyperparameterPosterior> hyperparameters(
+      const ParticleSet& particles) const override;
   void save(field_core::State& state) const override;
   void restore(const field_core::State& state, const std::vector<int>& ancestors) override;
 
@@ -37,6 +42,26 @@ class ParticleMap : public MapModel {
   using Closed = std::vector<SupportPosterior>;  // one per field
   using Slices = std::vector<OpenSlice>;         // one per field
 
+  Evaluation& evaluation(int field, std::size_t particle) {
+    return evaluations_[field * closed_.size() + particle];
+  }
+  /// The candidate that a particle tries for a field.
+  const FieldModel& model(std::size_t particle, int field) const {
+    return candidates_[field][candidate_[particle * fields_.size() + field]];
+  }
+  /// Measurement noise under the particle's candidate, over that of the configured model.
+  double noise_ratio(std::size_t particle, int field) const {
+    return model(particle, field).noise_variance / fields_[field].noise_variance;
+  }
+  void draw_candidates(field_core::Random& random);
+  /// The particles that try candidate c of a field, into members_.
+  void find_members(int field, int c, std::size_t count) const;
+  Eigen::Matrix2Xd predict_members(int field, int c, const Eigen::Matrix2Xd& points,
+                                   const std::vector<double>& weights) const;
+  void grow_support(const ParticleSet& particles);
+  void forget_grown_support();
+  void grow_all(const Eigen::Vector2d& place);
+  void compute_features(int field, std::size_t count);
   void share_among_all(std::size_t particles);
   double log_density(double error, double variance, double signal_variance) const;
   void close_slices();
@@ -45,10 +70,15 @@ class ParticleMap : public MapModel {
   void recount_users();
 
   std::vector<FieldModel> fields_;
+  std::vector<std::vector<FieldModel>> candidates_;  // [field][candidate]
+  double grow_at_;
+  Eigen::Index first_support_;                  // number of points before any was added
+  std::vector<int> candidate_, new_candidate_;  // [particle * fields + field]
   int slice_size_;
   Recent recent_;
   double outlier_share_;
   int steps_in_slice_ = 0;
+  FieldOffsets offsets_;
   Closed initial_;  // the prior, or what the survey says
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
   // how many particles map i has. Maps may be shared, slices are not.
@@ -56,10 +86,11 @@ class ParticleMap : public MapModel {
   std::vector<Slices> slices_;
   std::vector<int> map_, slice_, users_, free_;
   // Kept between steps; weigh() leaves in evaluations_ what learn() goes on with.
-  std::vector<Evaluation> evaluations_;  // [observation * P + particle]
-  Features features_;
-  std::vector<Eigen::MatrixXd> phi_;  // [observation]: m x P, by columns
-  Eigen::Matrix2Xd points_;
+  std::vector<Evaluation> evaluations_;  // [field * most particles + particle]
+  std::vector<double> features_;
+  std::vector<Eigen::MatrixXd> phi_;  // [field]: m x P, by columns
+  Eigen::Matrix2Xd points_, gathered_;
+  mutable std::vector<std::size_t> members_;
   std::vector<int> new_map_, new_slice_, spare_slices_;
   std::vector<char> kept_;
 };

@@ -25,16 +25,15 @@ double effective_sample_size(const std::vector<double>& weights) {
   return 1.0 / squares;
 }
 
-void low_variance_resample(const std::vector<double>& weights, double offset,
+void low_variance_resample(const std::vector<double>& weights, double offset, std::size_t count,
                            std::vector<int>& ancestors) {
-  const int n = static_cast<int>(weights.size());
-  ancestors.resize(n);
+  ancestors.resize(count);
   double cumulative = weights[0];
-  int from = 0;
-  for (int i = 0; i < n; ++i) {
-    const double u = (i + offset) / n;
-    while (u >= cumulative && from + 1 < n) cumulative += weights[++from];
-    ancestors[i] = from;
+  std::size_t from = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double u = (static_cast<double>(i) + offset) / static_cast<double>(count);
+    while (u >= cumulative && from + 1 < weights.size()) cumulative += weights[++from];
+    ancestors[i] = static_cast<int>(from);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "sample_path_map.hpp"
 
+#include "gp_localize/resampling.hpp"
+
 namespace gp_localize {
 
 using field_core::SE2;
@@ -76,15 +78,9 @@ void SamplePathMap::close_slice() {
 
 void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Random& random) {
   // As many draws as paths, in random order: path c must not always get the c-th best particle.
-  double cumulative = particles[0].weight;
-  std::size_t from = 0;
-  drawn_.resize(paths_.size());
-  const double offset = random.uniform();
-  for (std::size_t c = 0; c < paths_.size(); ++c) {
-    const double u = (c + offset) / static_cast<double>(paths_.size());
-    while (u >= cumulative && from + 1 < particles.size()) cumulative += particles[++from].weight;
-    drawn_[c] = static_cast<int>(from);
-  }
+  weights_.resize(particles.size());
+  for (std::size_t i = 0; i < particles.size(); ++i) weights_[i] = particles[i].weight;
+  low_variance_resample(weights_, random.uniform(), paths_.size(), drawn_);
   for (std::size_t c = drawn_.size() - 1; c > 0; --c)
     std::swap(drawn_[c], drawn_[random.index(c + 1)]);
   for (std::size_t c = 0; c < paths_.size(); ++c) paths_[c] = particles[drawn_[c]];

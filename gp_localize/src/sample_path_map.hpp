@@ -43,6 +43,7 @@ class SamplePathMap : public MapModel {
   int steps_in_slice_ = 0;
   // Kept between steps: of the particles, and of the paths.
   Eigen::Matrix2Xd points_, path_points_, moments_;
+  std::vector<double> weights_;
   std::vector<int> drawn_;
 };
 

@@ -1,6 +1,8 @@
 #include "gp_localize/support_basis.hpp"
 
 #include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
 #include <string>
 
 #include "field_core/errors.hpp"
@@ -8,6 +10,8 @@
 
 namespace gp_localize {
 namespace {
+
+using Phi = std::array<double, kMaxSupport>;
 
 std::string describe(const Eigen::Matrix2Xd& s, Eigen::Index i) {
   return std::to_string(i) + " (" + std::to_string(s(0, i)) + ", " + std::to_string(s(1, i)) + ")";
@@ -27,21 +31,64 @@ void require_distinct(const Eigen::Matrix2Xd& s, const Eigen::Vector2d& length_s
 }  // namespace
 
 SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support,
-                           double jitter, double noise_variance)
-    : kernel_(kernel), support_(support) {
+                           double jitter, double noise_variance, int room)
+    : kernel_(kernel),
+      first_(support.cols()),
+      used_(support.cols()),
+      diagonal_(jitter * kernel.signal_variance() + noise_variance),
+      support_(Eigen::Matrix2Xd::Zero(2, support.cols() + room)),
+      whitening_(Features::Zero(support_.cols(), support_.cols())) {
+  support_.leftCols(used_) = support;
   if (support.cols() == 0) {
     throw field_core::NumericalError("the support set is empty; give at least one support point");
   }
   require_distinct(support, kernel.length_scales());
   Eigen::MatrixXd sigma = kernel.matrix(support, support);
-  sigma.diagonal().array() += jitter * kernel.signal_variance() + noise_variance;
+  sigma.diagonal().array() += diagonal_;
   const Eigen::LLT<Eigen::MatrixXd> factor(sigma);
   if (factor.info() != Eigen::Success) {
     throw field_core::NumericalError(
         "the covariance of the support points is singular: they are too close for the length "
         "scales; use fewer or wider spaced points, or raise support/jitter (1e-8 is usual)");
   }
-  whitening_ = factor.matrixL().solve(Eigen::MatrixXd::Identity(size(), size()));
+  whitening_.topLeftCorner(used_, used_) =
+      factor.matrixL().solve(Eigen::MatrixXd::Identity(used_, used_));
+}
+
+double SupportBasis::unexplained(const Eigen::Vector2d& point) const {
+  Phi phi;
+  features(point, phi.data());
+  double explained = 0.0;
+  for (Eigen::Index i = 0; i < used_; ++i) explained += phi[i] * phi[i];
+  return 1.0 - explained / kernel_.signal_variance();
+}
+
+/// With l = phi(point), the new rows of L and of its inverse are (l^T, d) and (-l^T L^-1, 1) / d.
+void SupportBasis::grow(const Eigen::Vector2d& point) {
+  Phi phi;
+  features(point, phi.data());
+  const double d = std::sqrt(unexplained(point) * kernel_.signal_variance() + diagonal_);
+  auto row = whitening_.row(used_);
+  for (Eigen::Index k = 0; k < used_; ++k) {
+    double sum = 0.0;
+    for (Eigen::Index i = k; i < used_; ++i) sum += phi[i] * whitening_(i, k);
+    row[k] = -sum / d;
+  }
+  row[used_] = 1.0 / d;
+  support_.col(used_++) = point;
+}
+
+double SupportBasis::newest_feature(const Eigen::Vector2d& point) const {
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < used_; ++k) {
+    sum += whitening_(used_ - 1, k) * kernel_(support_.col(k), point);
+  }
+  return sum;
+}
+
+void SupportBasis::forget_grown() {
+  whitening_.middleRows(first_, used_ - first_).setZero();
+  used_ = first_;
 }
 
 void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,

@@ -75,6 +75,43 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{MapHypotheses::particle, ObservationModelType::online_pitc},
                       Case{MapHypotheses::particle, ObservationModelType::fitc}));
 
+// The pose is lost and found again and again, so that the number of particles goes up and down.
+TEST(Allocations, NoneWhileTheNumberOfParticlesVaries) {
+  GpLocalizeParams p;
+  FieldParams f;
+  f.length_scales = {2.0, 2.0};
+  f.noise_stddev = 0.3;
+  p.fields = {{"a", f}, {"b", f}};
+  p.particles = 200;
+  p.adaptive.min_particles = 10;
+  p.adaptive.kld_err = 0.5;
+  p.support.region = {-5.0, -5.0, 5.0, 5.0};
+  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 1e-4;
+  p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
+  GpLocalize filter(p, 1);
+  SE2 truth;
+  field_core::Sample sample{seconds(0), {}, {{0, 0.0, 0.0}, {1, 0.0, 0.0}}};
+  long allocated = 0;
+  std::size_t fewest = 200, most = 0;
+  for (int t = 0; t < 400; ++t) {
+    if (t % 100 == 0) filter.scatter();
+    if (t % 100 == 50) filter.set_pose(truth, 1e-4 * Eigen::Matrix3d::Identity());
+    truth = truth * SE2(0.3, 0.0, 0.15);
+    sample.stamp = seconds(t + 1);
+    sample.readings[0].value = std::sin(truth.x());
+    sample.readings[1].value = std::cos(truth.y());
+    const long before = allocations;
+    filter.predict({seconds(t), seconds(t + 1), SE2(0.3, 0.0, 0.15)});
+    filter.update(sample);
+    if (t >= 100) allocated += allocations - before;
+    const std::size_t count = filter.belief().particles.size();
+    fewest = std::min(fewest, count);
+    most = std::max(most, count);
+  }
+  EXPECT_EQ(allocated, 0);
+  EXPECT_LT(fewest, most);  // or nothing was tested
+}
+
 TEST(Allocations, AreCounted) {  // or the test above could not fail
   const long before = allocations;
   std::vector<double> memory(1000);

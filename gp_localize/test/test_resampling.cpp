@@ -32,15 +32,17 @@ TEST(Resampling, EffectiveSampleSize) {
 TEST(Resampling, EachParticleGetsFloorOrCeilOfItsShare) {
   const std::vector<double> w{0.11, 0.42, 0.0, 0.06, 0.41};
   for (const double offset : {0.0, 0.3, 0.77, 0.999}) {
-    std::vector<int> ancestors, copies(5, 0);
-    low_variance_resample(w, offset, ancestors);
-    ASSERT_EQ(ancestors.size(), 5u);
-    for (const int a : ancestors) ++copies[a];
-    for (int i = 0; i < 5; ++i) {
-      EXPECT_GE(copies[i], std::floor(5 * w[i]));
-      EXPECT_LE(copies[i], std::ceil(5 * w[i]));
+    for (const std::size_t count : {1, 3, 5, 12}) {  // fewer, as many and more than there were
+      std::vector<int> ancestors, copies(5, 0);
+      low_variance_resample(w, offset, count, ancestors);
+      ASSERT_EQ(ancestors.size(), count);
+      for (const int a : ancestors) ++copies[a];
+      for (int i = 0; i < 5; ++i) {
+        EXPECT_GE(copies[i], std::floor(count * w[i]));
+        EXPECT_LE(copies[i], std::ceil(count * w[i]));
+      }
+      EXPECT_TRUE(std::is_sorted(ancestors.begin(), ancestors.end()));
     }
-    EXPECT_TRUE(std::is_sorted(ancestors.begin(), ancestors.end()));
   }
 }
 
@@ -50,7 +52,7 @@ TEST(Resampling, IsUnbiasedOverTheOffset) {
   constexpr int kOffsets = 10000;
   for (int i = 0; i < kOffsets; ++i) {
     std::vector<int> ancestors;
-    low_variance_resample(w, (i + 0.5) / kOffsets, ancestors);
+    low_variance_resample(w, (i + 0.5) / kOffsets, 3, ancestors);
     for (const int a : ancestors) copies[a] += 1.0 / kOffsets;
   }
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(copies[i], 3 * w[i], 2.0 / kOffsets);

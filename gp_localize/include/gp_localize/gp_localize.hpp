@@ -27,7 +27,7 @@ class GpLocalize {
  public:
   using Params = GpLocalizeParams;
   static constexpr const char* kName = "gp_localize";
-  static constexpr std::uint32_t kStateVersion = 2;
+  static constexpr std::uint32_t kStateVersion = 3;
 
   GpLocalize(const Params& params, std::uint64_t seed);
 
@@ -41,6 +41,10 @@ class GpLocalize {
   field_core::Health health() const { return health_.health(); }
   /// Mean calibration of the odometry over the particles.
   OdometryCalibration calibration() const;
+  /// Of each field, where `candidates` are tried; empty otherwise.
+  std::vector<field_core::HyperparameterPosterior> hyperparameters() const {
+    return map_->hyperparameters(particles_);
+  }
   field_core::FieldPrediction predict_field(const Eigen::Matrix2Xd& points) const;
   const std::vector<field_core::FieldInfo>& fields() const { return infos_; }
   field_core::MapRegion map_region() const;
@@ -60,7 +64,9 @@ class GpLocalize {
             "particles",
             "adaptive",
             "lost",
+            "field_offset",
             "likelihood_noise_scale",
+            "likelihood_exponent",
             "outlier_share",
             "precision",
             "resample_threshold",
@@ -68,6 +74,7 @@ class GpLocalize {
   }
 
  private:
+  void reserve();
   bool moved_enough() const;
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult normalized_innovation() const;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "field_core/estimator.hpp"
 #include "field_core/odometry_motion_model.hpp"
 #include "field_core/random.hpp"
 #include "field_core/state.hpp"
@@ -66,6 +67,8 @@ class MapModel {
   virtual void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations,
                      std::vector<double>& log_likelihood, Innovation& innovation) = 0;
+  /// Learns from the observations just weighed how far the fields have drifted from a known map.
+  virtual void track_offsets(const std::vector<Observation>&) {}
   /// Adds the observations just weighed. `particles` carry their new weights, not resampled yet.
   virtual void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations, field_core::Random& random) = 0;
@@ -75,6 +78,14 @@ class MapModel {
   /// Mean and variance (noise not included) of field f, minus its prior mean, at points (2 x n).
   virtual void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                        Eigen::VectorXd& mean, Eigen::VectorXd& variance) const = 0;
+
+  /// Support points that were added during the run, 2 x n.
+  virtual Eigen::Matrix2Xd grown_support() const { return Eigen::Matrix2Xd(2, 0); }
+  /// What the particles believe of the hyperparameters, where they are learned; empty otherwise.
+  virtual std::vector<field_core::HyperparameterPosterior> hyperparameters(
+      const ParticleSet&) const {
+    return {};
+  }
 
   virtual void save(field_core::State& state) const = 0;
   /// Particle i becomes what ancestors[i] was when the state was saved.

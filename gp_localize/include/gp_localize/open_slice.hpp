@@ -57,6 +57,9 @@ class OpenSlice {
   /// Definition 2: `after` is `before` with the measurements of this slice, which is empty then.
   /// The two may be one object. O(open m^2).
   void close(const SupportPosterior& before, SupportPosterior& after);
+  /// The support has got a point more. The coordinate of u that it adds is independent of the
+  /// closed slices, so that nothing but the features of the measurements changes. O(open m).
+  void extend(const SupportBasis& basis);
   /// Forgets the measurements.
   void clear() { open_ = 0; }
   /// The same measurements as `other`, of the same sizes; copies only what is in use.

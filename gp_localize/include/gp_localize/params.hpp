@@ -64,6 +64,8 @@ struct SupportParams {
   int size = 40;
   std::vector<double> region = {-10.0, -10.0, 10.0, 10.0};
   std::vector<Eigen::Vector2d> points;
+  int budget = 0;
+  double grow_at = 0.5;
   bool noisy = false;
   double jitter = 1e-8;
 
@@ -80,6 +82,11 @@ struct SupportParams {
     v.numbers("region", region, {4, 4}, field_core::any_number(), "m",
               "x_min, y_min, x_max, y_max of the area where the robot may be, in the map frame");
     v.points("points", points, "m", "the support points for selection: explicit");
+    v.number("budget", budget, {0, 400}, "1",
+             "how many points may be added where the robot leaves what the points cover "
+             "(map_hypotheses: particle); they cost as if they were there from the start");
+    v.number("grow_at", grow_at, {0.05, 0.95}, "1",
+             "a point is added where this share of a field's variance is not explained");
     v.flag(
         "noisy", noisy,
         "true: support values carry measurement noise, as the paper prints it; false: noise-free "
@@ -109,6 +116,38 @@ struct CalibrationParams {
              "prior of the turn per metre that odometry does not see");
     v.number("memory", memory, non_negative(), "m",
              "driven distance over which the calibration wanders through its prior; 0: constant");
+  }
+};
+
+/// Hyperparameters that are learned during the run: what each may be, as multiples of the
+/// configured value. All combinations are candidates, equally likely before the run.
+struct CandidateParams {
+  std::vector<double> length_scales = {1.0};
+  std::vector<double> noise = {1.0};
+  std::vector<double> signal = {1.0};
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    constexpr field_core::Size kSome{1, 8};
+    const field_core::Range range{0.01, 100.0};
+    v.numbers("length_scales", length_scales, kSome, range, "1", "of both length_scales");
+    v.numbers("noise", noise, kSome, range, "1", "of noise_stddev");
+    v.numbers("signal", signal, kSome, range, "1", "of signal_stddev");
+  }
+  std::size_t count() const { return length_scales.size() * noise.size() * signal.size(); }
+};
+
+/// Slow drift of a field's level against a known map.
+struct FieldOffsetParams {
+  double stddev = 0.0;
+  double memory = 600.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("stddev", stddev, {0.0, 10.0}, "1",
+             "prior of the offset of each field's level, as a share of its signal_stddev; 0: none");
+    v.number("memory", memory, field_core::positive(), "s",
+             "time over which the offset wanders through its prior");
   }
 };
 
@@ -163,10 +202,13 @@ struct GpLocalizeParams : field_core::MotionParams {
   int subset_size = 40;
   bool redraw_sample_paths = true;
   double likelihood_noise_scale = 2.0;
+  double likelihood_exponent = 1.0;
   double outlier_share = 0.0;
   double resample_threshold = 0.5;
   Precision precision = Precision::single_precision;
   double interpolation_tolerance = 1e-2;
+  CandidateParams candidates;
+  FieldOffsetParams field_offset;
   SupportParams support;
   CalibrationParams odom_calibration;
 
@@ -210,6 +252,10 @@ struct GpLocalizeParams : field_core::MotionParams {
         "likelihood_noise_scale", likelihood_noise_scale, {1.0, 100.0}, "1",
         "the particles' likelihood uses this many times noise_stddev: real fields are not exactly "
         "the model");
+    v.number("likelihood_exponent", likelihood_exponent, {0.01, 1.0}, "1",
+             "the particles' likelihood is raised to this power: errors of a real field's model "
+             "are alike "
+             "from one measurement to the next");
     v.number(
         "outlier_share", outlier_share, {0.0, 0.5}, "1",
         "this share of the measurements may be anything within the field's spread (map_hypotheses: "
@@ -223,6 +269,11 @@ struct GpLocalizeParams : field_core::MotionParams {
         "interpolation_tolerance", interpolation_tolerance, {0.0, 0.1}, "1",
         "particles close together share evaluations of the paths' maps while that errs by less "
         "than this share of the measurement noise; 0: never");
+    v.group("candidates", candidates,
+            "hyperparameters learned during the run: each particle tries one combination of these "
+            "multiples per field (map_hypotheses: particle, mode: mapping)");
+    v.group("field_offset", field_offset,
+            "drift of the fields against their known maps, estimated (mode: localization)");
     v.group("support", support, "support points of the sparse Gaussian process");
     visit_odometry_noise(v);
     v.group("odom_calibration", odom_calibration, "systematic errors of the odometry, estimated");

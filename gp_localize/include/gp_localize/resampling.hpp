@@ -13,10 +13,10 @@ bool normalize_log_weights(std::vector<double>& log_weights);
 double effective_sample_size(const std::vector<double>& weights);
 
 /// Low-variance sampling (Probabilistic Robotics, table 4.4): ancestors[i] is the particle that the
-/// i-th new one copies, not decreasing; each particle with weight w gets floor or ceil of n w
-/// copies.
+/// i-th of `count` new ones copies, not decreasing; each particle with weight w gets floor or ceil
+/// of count w copies.
 /// @param offset uniform in [0, 1)
-void low_variance_resample(const std::vector<double>& weights, double offset,
+void low_variance_resample(const std::vector<double>& weights, double offset, std::size_t count,
                            std::vector<int>& ancestors);
 
 }  // namespace gp_localize

@@ -21,14 +21,30 @@ class SupportBasis {
   /// @param jitter share of the signal variance added to the diagonal of Sigma_SS
   /// @param noise_variance 0: latent support; the field's noise variance: support as the paper
   /// prints it
+  /// @param room how many points grow() may add; until then they are coordinates of u that no
+  ///             place depends on
   /// @throws NumericalError naming the two support points that coincide, or saying that Sigma_SS is
   ///         singular, with the remedy
   SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support, double jitter,
-               double noise_variance);
+               double noise_variance, int room = 0);
 
+  /// m, with the room to grow.
   Eigen::Index size() const { return support_.cols(); }
   const field_core::Kernel& kernel() const { return kernel_; }
-  const Eigen::Matrix2Xd& support() const { return support_; }
+  /// The points so far, 2 x used.
+  Eigen::Ref<const Eigen::Matrix2Xd> support() const { return support_.leftCols(used_); }
+
+  /// Share of the signal variance at `point` that the support cannot explain: 0 to 1. O(m^2).
+  double unexplained(const Eigen::Vector2d& point) const;
+  bool has_room() const { return used_ < size(); }
+  /// Adds a support point. L gains a row, u a coordinate that is independent of all others: what
+  /// was learned stays as it is, what is learned from now on may use the point. O(m^2), allocates
+  /// nothing. There must be room, and the point must not be explained already.
+  void grow(const Eigen::Vector2d& point);
+  /// phi_k at `point` for the point k that was added last. O(m).
+  double newest_feature(const Eigen::Vector2d& point) const;
+  /// Back to the points it was made with.
+  void forget_grown();
 
   /// phi at each column of `points` (2 x n): m x n. O(m^2 n); allocates only if the shape changes.
   void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, Features& features) const;
@@ -37,8 +53,10 @@ class SupportBasis {
 
  private:
   field_core::Kernel kernel_;
+  Eigen::Index first_, used_;
+  double diagonal_;  // added to that of Sigma_SS
   Eigen::Matrix2Xd support_;
-  Features whitening_;  // L^-1, lower triangular
+  Features whitening_;  // L^-1, lower triangular; rows from used_ on are 0
 };
 
 }  // namespace gp_localize

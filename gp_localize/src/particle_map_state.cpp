@@ -1,0 +1,102 @@
+// Saving and restoring the maps of all particles.
+#include <algorithm>
+
+#include "field_core/errors.hpp"
+#include "particle_map.hpp"
+
+namespace gp_localize {
+namespace {
+
+void require_below(const Eigen::MatrixXd& indices, double count, const std::string& block) {
+  if (indices.minCoeff() >= 0.0 && indices.maxCoeff() < count) return;
+  throw field_core::DataError("the state's block '" + block +
+                              "' names what does not exist; the state file is damaged");
+}
+
+}  // namespace
+
+void ParticleMap::save(field_core::State& state) const {
+  const auto particles = static_cast<Eigen::Index>(map_.size());
+  const auto maps = static_cast<Eigen::Index>(closed_.size());
+  state.set("steps_in_slice", steps_in_slice_);
+  Eigen::MatrixXd map(1, particles);
+  for (Eigen::Index p = 0; p < particles; ++p) map(0, p) = map_[p];
+  state.set("map_of_particle", map);
+  const auto fields = static_cast<Eigen::Index>(fields_.size());
+  Eigen::MatrixXd candidates(fields, particles);
+  for (Eigen::Index i = 0; i < candidates.size(); ++i) candidates.data()[i] = candidate_[i];
+  state.set("candidate_of_particle", candidates);
+  offsets_.save(state);
+  Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(2, 1 + grown_support().cols());
+  grown.rightCols(grown.cols() - 1) = grown_support();  // after a column that is never empty
+  state.set("grown_support", grown);
+  for (std::size_t f = 0; f < fields_.size(); ++f) {
+    const std::string& name = fields_[f].info.name;
+    const int m = static_cast<int>(fields_[f].basis.size());
+    Eigen::MatrixXd closed = Eigen::MatrixXd::Zero(SupportPosterior::size(m), maps);
+    for (Eigen::Index i = 0; i < maps; ++i) {
+      if (users_[i] == 0) continue;
+      closed.col(i) = Eigen::Map<const Eigen::VectorXd>(closed_[i][f].numbers(), closed.rows());
+    }
+    Eigen::MatrixXd open(OpenSlice::number_count(m, slice_size_) + 1, particles);
+    for (Eigen::Index p = 0; p < particles; ++p) {
+      const OpenSlice& slice = slices_[slice_[p]][f];
+      open(0, p) = slice.open();
+      open.col(p).tail(open.rows() - 1) =
+          Eigen::Map<const Eigen::VectorXd>(slice.numbers().data(), open.rows() - 1);
+    }
+    state.set("map/" + name, closed);
+    state.set("slice/" + name, open);
+  }
+}
+
+void ParticleMap::restore(const field_core::State& state, const std::vector<int>& ancestors) {
+  const Eigen::MatrixXd map = state.matrix("map_of_particle", 1, -1);
+  const int steps = static_cast<int>(state.scalar("steps_in_slice"));
+  const auto rows = static_cast<Eigen::Index>(fields_.size());
+  const Eigen::MatrixXd candidate = state.matrix("candidate_of_particle", rows, map.cols());
+  const auto most = static_cast<double>(candidates_.front().size());
+  require_below(candidate, most, "candidate_of_particle");
+  std::vector<const Eigen::MatrixXd*> closed, open;
+  for (const FieldModel& field : fields_) {
+    const int m = static_cast<int>(field.basis.size());
+    closed.push_back(&state.matrix("map/" + field.info.name, SupportPosterior::size(m), -1));
+    open.push_back(&state.matrix("slice/" + field.info.name,
+                                 OpenSlice::number_count(m, slice_size_) + 1, map.cols()));
+    require_below(map, static_cast<double>(closed.back()->cols()), "map_of_particle");
+  }
+  const Eigen::MatrixXd& grown = state.matrix("grown_support", 2, -1);
+  if (first_support_ + grown.cols() - 1 > fields_.front().basis.size()) {
+    throw field_core::DataError("the state has " + std::to_string(grown.cols() - 1) +
+                                " support points that were added; raise support/budget");
+  }
+  offsets_.restore(state, ancestors);
+  forget_grown_support();
+  for (Eigen::Index i = 1; i < grown.cols(); ++i) grow_all(grown.col(i));
+  // Maps that particles share are taken over once: `place` is where each is now.
+  std::vector<int> place(closed.front()->cols(), -1);
+  int maps = 0;
+  map_.resize(ancestors.size());
+  slice_.resize(ancestors.size());
+  candidate_.resize(ancestors.size() * fields_.size());
+  for (std::size_t p = 0; p < ancestors.size(); ++p) {
+    const int from = static_cast<int>(map(0, ancestors[p]));
+    const bool is_new = place[from] < 0;
+    if (is_new) place[from] = maps++;
+    map_[p] = place[from];
+    slice_[p] = static_cast<int>(p);
+    for (std::size_t f = 0; f < fields_.size(); ++f) {
+      candidate_[p * fields_.size() + f] = static_cast<int>(candidate(f, ancestors[p]));
+      if (is_new) {
+        const auto numbers = closed[f]->col(from);
+        std::copy(numbers.data(), numbers.data() + numbers.size(), closed_[map_[p]][f].numbers());
+      }
+      const double* slice = open[f]->col(ancestors[p]).data();
+      slices_[p][f].restore(static_cast<int>(slice[0]), slice + 1);
+    }
+  }
+  recount_users();
+  steps_in_slice_ = steps;
+}
+
+}  // namespace gp_localize
