@@ -19,8 +19,8 @@ from support.screen import Screen, config
 PICTURES = {
     "gp_localize": ("demo.launch", ["node:=gp_localize"], "office_wifi", 300, 15),
     "gmrf_slap": ("demo.launch", ["node:=gmrf_slap"], "office_wifi", 300, 5),
-    "vector_field_slam": ("demo.launch", ["node:=vector_field_slam"], "beacons", 300, 10),
-    "compare": ("compare.launch", ["vector_field_slam:=false"], "office_wifi", 300, 4),
+    "vector_field_slam": ("demo.launch", ["node:=vector_field_slam"], "warehouse_magnetic", 300, 10),
+    "compare": ("compare.launch", [], "office_wifi", 300, 4),
 }
 MASTER_PORT = 11399
 SETTLE_S = 6.0  # of wall time: the last maps are drawn, and rviz shows them

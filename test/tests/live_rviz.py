@@ -48,7 +48,7 @@ class Rviz(unittest.TestCase):
         self.shown("gmrf_slap", path=at_least(150, PATHS["gmrf_slap"], 40), candidates=at_least(20, (255, 85, 0), 30))
 
     def test_compare(self):
-        self.shown("compare", **{f"path of {n}": at_least(100, PATHS[n], 40) for n in ("gp_localize", "gmrf_slap")})
+        self.shown("compare", **{f"path of {n}": at_least(100, PATHS[n], 40) for n in PATHS})
 
 
 if __name__ == "__main__":
