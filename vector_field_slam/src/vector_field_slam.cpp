@@ -200,12 +200,16 @@ UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
 }
 
 field_core::Belief VectorFieldSlam::belief() const {
-  if (!started_) return {stamp_, start_.pose(), start_.covariance(), {}};
+  // Rounding leaves a product G P G^T symmetric to the last bit but one.
+  const auto symmetric = [](const Eigen::Matrix3d& c) -> Eigen::Matrix3d {
+    return 0.5 * (c + c.transpose());
+  };
+  if (!started_) return {stamp_, start_.pose(), symmetric(start_.covariance()), {}};
   if (relocalization_.active()) return relocalization_.belief(stamp_);
   const RobotVector robot = solver_->robot();
   return {stamp_,
           SE2(robot[0], robot[1], robot[2]),
-          solver_->robot_covariance().topLeftCorner<kPose, kPose>(),
+          symmetric(solver_->robot_covariance().topLeftCorner<kPose, kPose>()),
           {}};
 }
 
