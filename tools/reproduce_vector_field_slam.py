@@ -162,7 +162,7 @@ def plaza(data, work, config):
     drift = math.radians(0.5)
     step = np.hypot(*np.diff(odometry[:, 1:3], axis=0).T).sum() / len(readings)
     yield "drifting", [Run(work, "plaza1_drift", config, recordings.with_heading_drift(odometry, drift), fields, readings,
-                           truth, True, odom_alpha2=drift**2 * 10.0 / (2.0 * step))]
+                           truth, True, odom_alpha2=float(drift**2 * 10.0 / (2.0 * step)))]
 
 
 def utias(data, work, config, seeds):

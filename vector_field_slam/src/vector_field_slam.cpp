@@ -200,12 +200,17 @@ UpdateResult VectorFieldSlam::start_with(const Mounting<double>& mounting) {
 }
 
 field_core::Belief VectorFieldSlam::belief() const {
-  if (!started_) return {stamp_, start_.pose(), start_.covariance(), {}};
+  // Rounding leaves a product G P G^T symmetric to the last bit but one.
+  const auto symmetric = [](const Eigen::Matrix3d& c) -> Eigen::Matrix3d {
+    return 0.5 * (c + c.transpose());
+  };
+  if (!started_) return {stamp_, start_.pose(), symmetric(start_.covariance()), {}};
   if (relocalization_.active()) return relocalization_.belief(stamp_);
   const RobotVector robot = solver_->robot();
-  const Eigen::Matrix3d pose = solver_->robot_covariance().topLeftCorner<kPose, kPose>();
-  // Rounding leaves the two halves apart by a last digit.
-  return {stamp_, SE2(robot[0], robot[1], robot[2]), 0.5 * (pose + pose.transpose()), {}};
+  return {stamp_,
+          SE2(robot[0], robot[1], robot[2]),
+          symmetric(solver_->robot_covariance().topLeftCorner<kPose, kPose>()),
+          {}};
 }
 
 void VectorFieldSlam::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {

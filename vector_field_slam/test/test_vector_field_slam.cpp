@@ -47,6 +47,7 @@ struct Drive {
     const auto belief = filter.belief();
     EXPECT_TRUE(belief.mean.vector().allFinite() && belief.covariance.allFinite());
     EXPECT_EQ(Eigen::LLT<Eigen::Matrix3d>(belief.covariance).info(), Eigen::Success);
+    EXPECT_EQ(belief.covariance, belief.covariance.transpose().eval());
     return result;
   }
   void run(int count) {
