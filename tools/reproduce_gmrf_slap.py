@@ -38,7 +38,7 @@ class Runs:
         head = "# " + " ".join(arguments)
         if not file.exists() or file.read_text().splitlines()[0] != head:
             print(name, *arguments, flush=True)
-            done = subprocess.run(["nice", "-n", "15", "rosrun", "gmrf_slap", "gmrf_slap_simulation", *arguments],
+            done = subprocess.run(["rosrun", "gmrf_slap", "gmrf_slap_simulation", *arguments],
                                   stdout=subprocess.PIPE, text=True, check=True)
             partial = file.with_suffix(f".{os.getpid()}.partial")
             partial.write_text(head + "\n" + done.stdout)
@@ -185,6 +185,7 @@ def draw_fields(prefix, file):
     axes[1, 3].set_title("where it was measured", fontsize=9)
     axes[1, 3].set_aspect("equal")
     axes[1, 3].legend(fontsize=6)
+    axes[1, 3].set(xlim=extent[:2], ylim=extent[2:])
     axes[2, 3].axis("off")
     figure.tight_layout()
     figure.savefig(file, dpi=80)
