@@ -33,6 +33,7 @@ METHODS = {
     "a map per particle": LEARNED,
     "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.1}},
     "a map per particle, fixed hyperparameters": {},
+    "a map per particle, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
     "the paper (eq. 12-13)": PAPER,
     "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
