@@ -62,18 +62,28 @@ std::vector<Eigen::Index> chosen_cells(const PredictedGrid& map, const VectorFie
   return cells;
 }
 
+// Of nine arrows in ten no one is longer: a single strong source would leave dots everywhere else.
+double usual_length(const PredictedGrid& map, const VectorField& v,
+                    const std::vector<Eigen::Index>& cells) {
+  std::vector<double> lengths;
+  for (const Eigen::Index c : cells) {
+    lengths.push_back(std::hypot(map.prediction.mean(v.x, c), map.prediction.mean(v.y, c)));
+  }
+  if (lengths.empty()) return 0.0;
+  const auto rank = lengths.begin() + static_cast<std::ptrdiff_t>(9 * (lengths.size() - 1) / 10);
+  std::nth_element(lengths.begin(), rank, lengths.end());
+  return *rank;
+}
+
 void append(const PredictedGrid& map, const VectorField& v, int stride,
             visualization_msgs::MarkerArray& out) {
   const std::vector<Eigen::Index> cells = chosen_cells(map, v, stride);
   const Eigen::Matrix2Xd centres = map.grid.centres();
   const auto& p = map.prediction;
-  double longest = 0.0;
-  for (const Eigen::Index c : cells) {
-    longest = std::max(longest, std::hypot(p.mean(v.x, c), p.mean(v.y, c)));
-  }
-  if (!(longest > 0.0)) return;
+  const double scale = usual_length(map, v, cells);
+  if (!(scale > 0.0)) return;
   const double spacing = stride * map.grid.resolution;
-  const double metres = spacing / longest;  // per unit of the field
+  const double metres = spacing / scale;  // per unit of the field
   for (const Eigen::Index c : cells) {
     const Eigen::Vector2d value(p.mean(v.x, c), p.mean(v.y, c));
     Marker arrow = marker(map, v.name, Marker::ARROW, static_cast<int>(c));

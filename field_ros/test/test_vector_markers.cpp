@@ -33,7 +33,7 @@ TEST(VectorMarkers, AnArrowWhereBothComponentsAreKnown) {
   EXPECT_DOUBLE_EQ(1.25, arrow.pose.position.x);
   EXPECT_DOUBLE_EQ(2.25, arrow.pose.position.y);
   EXPECT_NEAR(std::atan2(4.0, 3.0), 2.0 * std::asin(arrow.pose.orientation.z), 1e-12);
-  EXPECT_NEAR(0.5, arrow.scale.x, 1e-12) << "the longest is as long as a cell";
+  EXPECT_NEAR(0.5, arrow.scale.x, 1e-12) << "the only one is as long as a cell";
   // 0.1 m per uT; the 90 % ellipse of stddev 1 and 2 has the half axes 2.146 and 4.292.
   const Marker& ellipse = markers[1];
   EXPECT_NEAR(1.25 + 0.3, ellipse.pose.position.x, 1e-12);

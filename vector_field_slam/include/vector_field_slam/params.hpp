@@ -85,8 +85,8 @@ struct VectorFieldSlamParams : field_core::MotionParams {
               {"scalar", SensorModelType::scalar},
               {"magnetic", SensorModelType::magnetic},
               {"range", SensorModelType::range}},
-             "beacon_pairs: channels <spot>_x, <spot>_y turn with the robot (eq. 47); magnetic: "
-             "<name>_x, <name>_y turn, others not; scalar: none turns; range: distances to beacons "
+             "beacon_pairs: channels SPOT_x, SPOT_y turn with the robot (eq. 47); magnetic: "
+             "NAME_x, NAME_y turn, others not; scalar: none turns; range: distances to beacons "
              "[m]");
     v.required("channels")
         .dictionary("channels", channels, "the signals to localize by, by name; at most 8");
