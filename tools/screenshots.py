@@ -20,6 +20,7 @@ PICTURES = {
     "gp_localize": ("demo.launch", ["node:=gp_localize"], "office_wifi", 300, 15),
     "gmrf_slap": ("demo.launch", ["node:=gmrf_slap"], "office_wifi", 300, 5),
     "vector_field_slam": ("demo.launch", ["node:=vector_field_slam"], "warehouse_magnetic", 300, 10),
+    "two_robots": ("demo.launch", ["node:=gmrf_slap"], "two_robots_light", 300, 5),
     "compare": ("compare.launch", [], "office_wifi", 300, 4),
 }
 MASTER_PORT = 11399
