@@ -11,9 +11,10 @@ rm -rf "$build_dir"/*/{test_results,Testing}
 use_workspace
 note "running the tests"
 status=0
+export CTEST_PARALLEL_LEVEL=${CTEST_PARALLEL_LEVEL:-$(nproc)}
 colcon_ test --base-paths "$root" --build-base "$build_dir" --install-base "$install_dir" \
   --merge-install --executor sequential --return-code-on-test-failure \
-  --event-handlers console_direct+ "${select[@]}" --ctest-args --parallel "$(nproc)" || status=$?
+  --event-handlers console_direct+ "${select[@]}" || status=$?
 
 note "summary"
 colcon_ test-result --test-result-base "$build_dir" --verbose | tail -n 40 || true

@@ -65,7 +65,7 @@ SWEEPS = {
         ("likelihood_noise_scale", to("likelihood_noise_scale"), [1, 1.4, 2, 3, 4]),
         ("odom_alpha1..4, times", ODOMETRY, [0.1, 0.3, 1, 3, 10]),
         ("length_scales, times", times("fields/*/length_scales"), [0.5, 0.7, 1, 1.4, 2])]),
-    "gmrf_slap": (["office_wifi", "hall_light"], True, [
+    "gmrf_slap": (["office_wifi"], True, [
         ("particles", to("particles"), [50, 100, 200, 400, 800]),
         ("grid/spacing [m]", spacing, [1.0, 1.25, 1.5, 2.0, 3.0]),
         ("lag", to("lag"), [1, 10, 30, 60, 120]),

@@ -3,6 +3,8 @@
 
 The nodes are started by launch/live_rviz.test.
 """
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -11,16 +13,26 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from support import workspace
 from support.live import Collector, Process, start_test_node, wait_for
 from support.runner import main
-from support.screen import FIELD, LEGEND, Screen, at_least, config, near, wait_for_pixels
+from support.screen import (BACKGROUND, FIELD, LEGEND, Screen, at_least, config, drawn, near, only,
+                            wait_for_pixels)
 
 BAG = "office_wifi"
 TRUTH = (255, 255, 255)
 PATHS = {"gp_localize": (255, 140, 0), "gmrf_slap": (230, 90, 230), "vector_field_slam": (0, 220, 220)}
 
 
+# Least pixels of each display alone: a particle is a few, a pose about 300, a map several 10,000.
+LAYERS = {"gp_localize": {"Field": 20000, "Field standard deviation": 20000, "Field as points": 5000, "Particles": 20,
+                          "Path": 150, "Pose": 100, "Ground truth": 100, "Vectors and ellipses": 50},
+          "gmrf_slap": {"Candidate positions": 20}}
+
+
 class Rviz(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="field_system_tests_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
         cls.screen = Screen()
         cls.addClassCleanup(cls.screen.stop)
         poses = Collector("/gp_localize/pose", PoseWithCovarianceStamped)
@@ -43,6 +55,26 @@ class Rviz(unittest.TestCase):
         text = near(image[LEGEND], (235, 235, 235), 30)
         self.assertGreater(int(text.sum()), 150, "the legend has neither name nor numbers")
         self.assertTrue(np.any(text[:40]), "the legend has no title")
+
+    def alone(self, name, layer, count):
+        rviz = self.screen.rviz(only(name, layer, self.folder))
+        try:
+            return wait_for_pixels(self.screen, {f"{name}: {layer}": drawn(count), "ground": at_least(300000, BACKGROUND)})
+        finally:
+            rviz.stop()
+
+    def test_each_layer_alone(self):
+        """Pixels of one display are not taken for those of another."""
+        for name, layers in LAYERS.items():
+            for layer, count in layers.items():
+                with self.subTest(f"{name}: {layer}"):
+                    self.alone(name, layer, count)
+
+    def test_without_layers_the_ground_is_empty(self):
+        rviz = self.screen.rviz(only("gp_localize", None, self.folder))
+        self.addCleanup(rviz.stop)
+        image = wait_for_pixels(self.screen, {"ground": at_least(1000000, BACKGROUND)})
+        self.assertFalse(drawn(1)(image), "what test_each_layer_alone sees is not the layer's")
 
     def test_gmrf_slap(self):
         self.shown("gmrf_slap", path=at_least(150, PATHS["gmrf_slap"], 40), candidates=at_least(20, (255, 85, 0), 30))

@@ -3,6 +3,7 @@ import os
 import subprocess
 
 import numpy as np
+import yaml
 from PIL import ImageGrab
 
 from support import workspace
@@ -12,6 +13,7 @@ SIZE = (1400, 900)
 BACKGROUND = (38, 38, 42)
 VIRIDIS = {"low": (68, 1, 84), "middle": (33, 145, 140), "high": (253, 231, 37)}
 LEGEND = (slice(10, 246), slice(10, 142))  # rows, columns
+FOCUS = (slice(415, 486), slice(665, 736))  # where rviz draws the centre of the view
 
 
 class Screen:
@@ -81,8 +83,29 @@ def legend_has_the_colour_map(image):
 FIELD = {"ground": at_least(1000, BACKGROUND), "field": colourful, "legend": legend_has_the_colour_map}
 
 
+def drawn(count):
+    """Something is drawn on the empty ground, legend and centre aside. Black: rviz has not drawn there yet."""
+    def seen(image):
+        found = ~near(image, BACKGROUND) & ~near(image, (0, 0, 0), 6)
+        found[LEGEND] = found[FOCUS] = False
+        return int(found.sum()) >= count
+    return seen
+
+
 def config(name):
     return workspace.package("field_config") / "rviz" / f"{name}.rviz"
+
+
+def only(name, layer, folder):
+    """The configuration with one of its displays alone; with none if layer is None."""
+    values = yaml.safe_load(config(name).read_text())
+    displays = values["Visualization Manager"]["Displays"]
+    assert layer is None or layer in [d["Name"] for d in displays], layer
+    for display in displays:
+        display["Enabled"] = display["Value"] = display["Name"] == layer
+    file = folder / f"{name}_{layer}.rviz"
+    file.write_text(yaml.safe_dump(values, sort_keys=False))
+    return file
 
 
 def wait_for_pixels(screen, wanted, timeout=120.0):
