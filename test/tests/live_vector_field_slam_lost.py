@@ -1,6 +1,5 @@
 #!/usr/bin/python3
 """A robot kidnapped on a loaded map: vector_field_slam says so, searches the map and is right again."""
-import math
 import shutil
 import tempfile
 import unittest
@@ -9,9 +8,8 @@ import numpy as np
 import yaml
 from field_msgs.srv import SaveState
 
-from support import messages, recordings
 from support.live import Diagnostics, start_test_node
-from support.robot import Robot
+from support.robot import TwoFieldRobot
 from support.runner import main
 
 ERROR = 2  # diagnostic_msgs/DiagnosticStatus
@@ -21,17 +19,6 @@ CONFIGURATION = yaml.safe_dump({
     "channels": {name: {"noise_stddev": 0.1, "interpolation_stddev": 0.1, "prior_stddev": 3.0}
                  for name in ("light", "sound")},
     "odom_alpha1": 0.01, "odom_alpha2": 0.01, "odom_alpha3": 0.01, "odom_alpha4": 0.01})
-
-
-def sound_at(x, y):
-    return 40.0 + 3.0 * math.sin(0.8 * y + 0.5) + 2.0 * math.cos(0.9 * x - 0.4 * y)
-
-
-class TwoFieldRobot(Robot):
-    def measure(self, time):
-        x, y, _ = self.truth(time)
-        self.field.publish(messages.measurement(self.start + time, light=recordings.light_at(x, y),
-                                                sound=sound_at(x, y)))
 
 
 class Lost(unittest.TestCase):
