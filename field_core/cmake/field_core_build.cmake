@@ -105,7 +105,7 @@ function(field_tests name)
     target_compile_options(${target} PRIVATE ${FIELD_WARNINGS} -O1)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/test)
     target_link_libraries(${target} ${arg_LIBRARIES})
-    # Half of a test's compilation goes into these two.
+    # Large, and included by nearly every test.
     if(first)
       target_precompile_headers(${target} REUSE_FROM ${first})
     else()

@@ -41,9 +41,8 @@ void MasterWatch::watch(double period_s) {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!wake_.wait_for(lock, std::chrono::duration<double>(period_s), [this] { return end_; })) {
     lock.unlock();
-    // Asked twice: between the two a restarted master may have been told of us.
-    const bool gone = master_has_forgotten_us() && master_has_forgotten_us();
-    if (gone) forgotten_ = true;
+    // While the node is advertising again, this may come a moment late: it then does so twice.
+    if (master_has_forgotten_us()) forgotten_ = true;
     lock.lock();
   }
 }

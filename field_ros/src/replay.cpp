@@ -185,10 +185,6 @@ void refuse_bad_places(const ReplayOptions& options) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 void load_state(Session& session, const std::string& path) {
   if (path.empty()) return;
   const auto state = read_state_file(path);

@@ -156,13 +156,18 @@ void BatchLog<M>::restore(const field_core::State& state) {
   problem_ = std::move(p);
 }
 
-template class BatchLog<1>;
-template class BatchLog<2>;
-template class BatchLog<3>;
-template class BatchLog<4>;
-template class BatchLog<5>;
-template class BatchLog<6>;
-template class BatchLog<7>;
-template class BatchLog<8>;
+// Of the members that are here only: batch_log.cpp has the classes.
+#define INSTANTIATE(M)                                       \
+  template void BatchLog<M>::save(field_core::State&) const; \
+  template void BatchLog<M>::restore(const field_core::State&)
+INSTANTIATE(1);
+INSTANTIATE(2);
+INSTANTIATE(3);
+INSTANTIATE(4);
+INSTANTIATE(5);
+INSTANTIATE(6);
+INSTANTIATE(7);
+INSTANTIATE(8);
+#undef INSTANTIATE
 
 }  // namespace vector_field_slam

@@ -9,8 +9,8 @@
 
 namespace field_core {
 
-/// Mersenne twister with our own uniform and normal transforms (those of the standard library
-/// differ between standard libraries).
+/// Mersenne twister with our own uniform and normal transforms (the standard's differ
+/// between libraries).
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -254,8 +254,7 @@ struct GpLocalizeParams : field_core::MotionParams {
         "the model");
     v.number("likelihood_exponent", likelihood_exponent, {0.01, 1.0}, "1",
              "the particles' likelihood is raised to this power: errors of a real field's model "
-             "are alike "
-             "from one measurement to the next");
+             "are alike from one measurement to the next");
     v.number(
         "outlier_share", outlier_share, {0.0, 0.5}, "1",
         "this share of the measurements may be anything within the field's spread (map_hypotheses: "
