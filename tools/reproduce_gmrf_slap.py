@@ -77,6 +77,18 @@ HEAD = ("| {} | squared field error | to case 1 | position error, last tenth | i
         "true theta | step |\n|---|---|---|---|---|---|---|")
 
 
+def taken_as_exact_row(label, cases):
+    """Case 2: noisy positions taken as exact."""
+    return (f"| {label} | {1e3 * mean(cases[2], 'squared_error'):.2f}e-3 | {ratio(cases[2], cases[1])} | ({NOISE_M:.0f} m) | "
+            f"{share(cases[2], 'field_coverage')}, - | {mean(cases[2], 'true_theta'):.2f} | - |")
+
+
+def estimated_row(label, cases):
+    """Case 3: positions estimated."""
+    return (f"| {label} | {1e3 * mean(cases[3], 'squared_error'):.2f}e-3 | {ratio(cases[3], cases[1])} | "
+            f"{estimator_cells(cases[3])} |")
+
+
 def paper_section(runs):
     lines = [HEAD.format("")]
     shown = False
@@ -86,12 +98,9 @@ def paper_section(runs):
         if not shown:
             lines.append(f"| case 1, exact positions | {1e3 * mean(cases[1], 'squared_error'):.2f}e-3 | 1 | - | "
                          f"{share(cases[1], 'field_coverage')}, - | {mean(cases[1], 'true_theta'):.2f} | - |")
-            lines.append(f"| case 2, noisy positions taken as exact | {1e3 * mean(cases[2], 'squared_error'):.2f}e-3 | "
-                         f"{ratio(cases[2], cases[1])} | ({NOISE_M:.0f} m) | {share(cases[2], 'field_coverage')}, - | "
-                         f"{mean(cases[2], 'true_theta'):.2f} | - |")
+            lines.append(taken_as_exact_row("case 2, noisy positions taken as exact", cases))
         shown = True
-        lines.append(f"| case 3, {name} | {1e3 * mean(cases[3], 'squared_error'):.2f}e-3 | {ratio(cases[3], cases[1])} | "
-                     f"{estimator_cells(cases[3])} |")
+        lines.append(estimated_row(f"case 3, {name}", cases))
     return "\n".join(lines)
 
 
@@ -99,10 +108,8 @@ def robots_section(runs):
     lines = [HEAD.format("robots")]
     for count in ROBOTS:
         cases = runs.simulate(f"robots_{count}", robots=count, cases="123")
-        lines.append(f"| {count}, case 2 | {1e3 * mean(cases[2], 'squared_error'):.2f}e-3 | {ratio(cases[2], cases[1])} | "
-                     f"({NOISE_M:.0f} m) | {share(cases[2], 'field_coverage')}, - | {mean(cases[2], 'true_theta'):.2f} | - |")
-        lines.append(f"| {count}, case 3 | {1e3 * mean(cases[3], 'squared_error'):.2f}e-3 | {ratio(cases[3], cases[1])} | "
-                     f"{estimator_cells(cases[3])} |")
+        lines.append(taken_as_exact_row(f"{count}, case 2", cases))
+        lines.append(estimated_row(f"{count}, case 3", cases))
     return "\n".join(lines)
 
 
@@ -111,8 +118,7 @@ def grids_section(runs):
     for side in SIDES:
         seeds = runs.seeds if side < 200 else max(1, runs.seeds // 4)
         cases = runs.simulate(f"grid_{side}", seeds, side=side, engine="local", known_start=1, cases="13", score_every=100)
-        lines.append(f"| {side} x {side} ({len(cases[3])} seeds) | {1e3 * mean(cases[3], 'squared_error'):.2f}e-3 | "
-                     f"{ratio(cases[3], cases[1])} | {estimator_cells(cases[3])} |")
+        lines.append(estimated_row(f"{side} x {side} ({len(cases[3])} seeds)", cases))
     return "\n".join(lines)
 
 
