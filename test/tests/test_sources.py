@@ -2,6 +2,7 @@
 """The estimator libraries know nothing of ROS and nothing of each other; the repository keeps its rules."""
 import re
 import unittest
+import xml.etree.ElementTree as ElementTree
 
 from support import workspace
 from support.runner import main
@@ -51,6 +52,17 @@ class Sources(unittest.TestCase):
             for path in sources:
                 with self.subTest(path.name):
                     self.assertEqual(list(foreign_includes(package, path.read_text())), [])
+
+    def test_the_demo_builds_all_that_it_needs(self):
+        """From nothing: colcon refuses a selection that leaves out what one of its packages depends on."""
+        root = workspace.source_root()
+        packages = {ElementTree.parse(file).findtext("name"): file for file in root.glob("*/package.xml")}
+        selected = set(re.search(r"--packages-select (.*)", (root / "tools" / "demo.sh").read_text()).group(1).split())
+        selected = (selected & set(packages)) | {"gp_localize"}
+        self.assertGreater(len(selected), 5)
+        for package in selected:
+            depends = {e.text for e in ElementTree.parse(packages[package]).getroot() if e.tag.endswith("depend")}
+            self.assertLessEqual(depends & set(packages), selected, package)
 
     def test_mains_are_short(self):
         for package in self.packages():

@@ -1,4 +1,5 @@
 // Every shipped configuration is one that its node accepts, and the default file is what it says.
+// Paths are relative to this package.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -37,7 +38,7 @@ Params load(const std::string& path) {
 
 TEST(Configurations, AreAcceptedByGpLocalize) {
   std::size_t count = 0;
-  for (const char* folder : {"bags", "recordings"}) {
+  for (const char* folder : {"../config/bags", "../config/recordings"}) {
     for (const std::string& path : configurations(folder, ".gp_localize.yaml")) {
       ++count;
       gp_localize::GpLocalizeParams p;
@@ -53,7 +54,7 @@ TEST(Configurations, AreAcceptedByGpLocalize) {
 
 TEST(Configurations, AreAcceptedByVectorFieldSlam) {
   std::size_t count = 0;
-  for (const char* folder : {"bags", "recordings"}) {
+  for (const char* folder : {"../config/bags", "../config/recordings"}) {
     for (const std::string& path : configurations(folder, ".vector_field_slam.yaml")) {
       ++count;
       EXPECT_NO_THROW(load<vector_field_slam::VectorFieldSlamParams>(path)) << path;
@@ -64,7 +65,7 @@ TEST(Configurations, AreAcceptedByVectorFieldSlam) {
 
 TEST(Configurations, AreAcceptedByGmrfSlap) {
   std::size_t count = 0;
-  for (const char* folder : {"bags", "recordings"}) {
+  for (const char* folder : {"../config/bags", "../config/recordings"}) {
     for (const std::string& path : configurations(folder, ".gmrf_slap.yaml")) {
       ++count;
       gmrf_slap::GmrfSlapParams p;
@@ -122,10 +123,10 @@ void expect_every_key_with_its_default(const std::string& file) {
 }
 
 TEST(Configurations, DefaultFilesNameEveryKeyWithItsDefault) {
-  expect_every_key_with_its_default<gp_localize::GpLocalizeParams>("gp_localize.yaml");
+  expect_every_key_with_its_default<gp_localize::GpLocalizeParams>("../config/gp_localize.yaml");
   expect_every_key_with_its_default<vector_field_slam::VectorFieldSlamParams>(
-      "vector_field_slam.yaml");
-  expect_every_key_with_its_default<gmrf_slap::GmrfSlapParams>("gmrf_slap.yaml");
+      "../config/vector_field_slam.yaml");
+  expect_every_key_with_its_default<gmrf_slap::GmrfSlapParams>("../config/gmrf_slap.yaml");
 }
 
 }  // namespace
