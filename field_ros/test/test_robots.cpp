@@ -262,7 +262,7 @@ TEST(RobotInterfaces, OneRobotHasThePlainNames) {
 
 TEST(RobotInterfaces, SeveralHaveNamespacesThatCanBeChanged) {
   NodeParams params;
-  params.sensors["t"] = {SensorType::temperature, "thermometer", "air"};
+  params.sensors["t"] = {SensorType::temperature, "thermometer", "air", {}};
   RobotParams bert;
   bert.name_space = "b";
   bert.odom = "/wheels";
