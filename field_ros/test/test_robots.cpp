@@ -267,7 +267,7 @@ TEST(RobotInterfaces, SeveralHaveNamespacesThatCanBeChanged) {
   bert.name_space = "b";
   bert.odom = "/wheels";
   bert.base_frame_id = "chassis";
-  bert.sensors["l"] = {SensorType::illuminance, "lux", "light"};
+  bert.sensors["l"] = {SensorType::illuminance, "lux", "light", {}};
   params.robot_interfaces["bert"] = bert;
   const auto robots = robot_interfaces(params, {"anna", "bert"});
   EXPECT_EQ("anna/", robots[0].prefix);

@@ -99,6 +99,19 @@ class ToyNode(unittest.TestCase):
         for reason in ('length_mismatch', 'too_many_fields', 'empty_measurement', 'non_finite_pose'):
             self.assertEqual('1', self.diagnostics('dropped ' + reason), reason)
 
+    def test_odometry_at_100_hz_and_a_field_at_1_hz(self):
+        count, start = len(self.poses), ToyNode.stamp
+        ToyNode.stamp += 4.0
+        for tick in range(400):
+            self.odom.publish(odometry(start + 0.01 * tick, start + 0.01 * tick))
+            if tick % 100 == 50:
+                self.field.publish(measurement(start + 0.01 * tick + 0.005, ['light'], [3.0]))
+        self.wait(lambda: len(self.poses) == count + 4)
+        stamps = [pose.header.stamp.to_sec() - start for pose in self.poses[count:]]
+        # Between two odometry messages: none waits for the next measurement, none is thrown away.
+        for got, wanted in zip(stamps, (0.505, 1.505, 2.505, 3.505)):
+            self.assertAlmostEqual(wanted, got, places=5)
+
     def test_services(self):
         self.drive()
         predict = rospy.ServiceProxy('toy/predict_field', PredictField)

@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from support import workspace
 from support.live import Collector, Process, start_test_node, wait_for
 from support.runner import main
-from support.screen import (BACKGROUND, FIELD, LEGEND, Screen, at_least, config, drawn, near, only,
+from support.screen import (BACKGROUND, FIELD, LEGEND, Screen, at_least, config, drawn, near, only, see_alone,
                             wait_for_pixels)
 
 BAG = "office_wifi"
@@ -24,7 +24,11 @@ PATHS = {"gp_localize": (255, 140, 0), "gmrf_slap": (230, 90, 230), "vector_fiel
 # Least pixels of each display alone: a particle is a few, a pose about 300, a map several 10,000.
 LAYERS = {"gp_localize": {"Field": 20000, "Field standard deviation": 20000, "Field as points": 5000, "Particles": 20,
                           "Path": 150, "Pose": 100, "Ground truth": 100, "Vectors and ellipses": 50},
-          "gmrf_slap": {"Candidate positions": 20}}
+          "gmrf_slap": {"Field": 20000, "Field standard deviation": 20000, "Field as points": 5000,
+                        "Candidate positions": 20, "Path": 150, "Pose": 100, "Ground truth": 100,
+                        "Vectors and ellipses": 50},
+          "compare": {f"{what} of {node}": count for node in PATHS
+                      for what, count in (("Field", 20000), ("Path", 150), ("Pose", 100))}}
 
 
 class Rviz(unittest.TestCase):
@@ -56,19 +60,12 @@ class Rviz(unittest.TestCase):
         self.assertGreater(int(text.sum()), 150, "the legend has neither name nor numbers")
         self.assertTrue(np.any(text[:40]), "the legend has no title")
 
-    def alone(self, name, layer, count):
-        rviz = self.screen.rviz(only(name, layer, self.folder))
-        try:
-            return wait_for_pixels(self.screen, {f"{name}: {layer}": drawn(count), "ground": at_least(300000, BACKGROUND)})
-        finally:
-            rviz.stop()
-
     def test_each_layer_alone(self):
         """Pixels of one display are not taken for those of another."""
         for name, layers in LAYERS.items():
             for layer, count in layers.items():
                 with self.subTest(f"{name}: {layer}"):
-                    self.alone(name, layer, count)
+                    see_alone(self.screen, name, layer, count, self.folder)
 
     def test_without_layers_the_ground_is_empty(self):
         rviz = self.screen.rviz(only("gp_localize", None, self.folder))

@@ -118,3 +118,12 @@ def wait_for_pixels(screen, wanted, timeout=120.0):
         return (image,) if all(last.values()) else None
 
     return wait_for(complete, lambda: f"the layers {[n for n, seen in last.items() if not seen]}", timeout)[0]
+
+
+def see_alone(screen, name, layer, count, folder):
+    """rviz with one display of a configuration, until it has drawn so many pixels."""
+    rviz = screen.rviz(only(name, layer, folder))
+    try:
+        wait_for_pixels(screen, {f"{name}: {layer}": drawn(count), "ground": at_least(300000, BACKGROUND)})
+    finally:
+        rviz.stop()
