@@ -20,6 +20,10 @@ void check_configured(const Configured& configured) {
                            "letters, digits and '_' only");
     }
   }
+  if (configured.node.use_map_topic && !configured.estimator->uses_obstacles()) {
+    throw ParameterError("use_map_topic", std::string("fields of ") + configured.estimator->name() +
+                                              " know no walls; set it to false, or use gmrf_slap");
+  }
   robot_interfaces(configured.node, configured.estimator->robots());
   const field_core::MapRegion region = configured.estimator->map_region();
   const double resolution = configured.node.map_resolution;

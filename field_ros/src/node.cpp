@@ -10,6 +10,7 @@
 
 #include "field_ros/bag_transforms.hpp"
 #include "field_ros/master_watch.hpp"
+#include "field_ros/obstacles.hpp"
 #include "field_ros/program.hpp"
 #include "field_ros/publishers.hpp"
 #include "field_ros/reconfigure.hpp"
@@ -170,7 +171,10 @@ int run_node(int argc, char** argv, const EstimatorEntry& entry, const char* nam
   return run_guarded([&] {
     ros::init(argc, argv, name);
     const ros::NodeHandle keep_alive;
-    Node node(configure(entry));
+    Configured configured = configure(entry);
+    await_obstacles(configured);
+    if (!ros::ok()) return kExitOk;
+    Node node(std::move(configured));
     node.spin();
     return kExitOk;
   });

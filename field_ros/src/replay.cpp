@@ -9,6 +9,7 @@
 #include "field_core/errors.hpp"
 #include "field_ros/bag_input.hpp"
 #include "field_ros/bag_transforms.hpp"
+#include "field_ros/obstacles.hpp"
 #include "field_ros/program.hpp"
 #include "field_ros/replay_output.hpp"
 #include "field_ros/robot_interface.hpp"
@@ -115,6 +116,21 @@ const M& typed(const BagInput& input, const rosbag::MessageInstance& instance,
                   instance.getDataType() +
                   " has another md5sum than this program's; record it with this version of the "
                   "messages, or use rosbag fix");
+}
+
+// The first of the bag, as a node that is there before the run gets it.
+void take_obstacles(const BagInput& input, Configured& configured) {
+  if (!configured.node.use_map_topic) return;
+  const std::string topic = absolute_topic("map");
+  input.require(topic, {"nav_msgs/OccupancyGrid"});
+  rosbag::View view(input.bag(), rosbag::TopicQuery(topic));
+  boost::shared_ptr<nav_msgs::OccupancyGrid> map;
+  try {
+    configured.estimator->set_obstacles(
+        to_mask(typed(input, *view.begin(), map), configured.node.global_frame_id));
+  } catch (const DataError& e) {
+    throw DataError(input.path() + ": the map on " + topic + " cannot be used: " + e.what());
+  }
 }
 
 void dispatch(const BagInput& input, const RobotTopics& topics, int index,
@@ -239,6 +255,7 @@ void replay(const EstimatorEntry& entry, const ReplayOptions& options) {
       options.seed.value_or(static_cast<std::uint64_t>(configured.node.seed));
   const BagInput input(options.bag);
   const auto topics = topics_of(input, options, configured);
+  take_obstacles(input, configured);
   BagTransforms transforms(input);
   Session session(std::move(configured), std::ref(transforms));
   load_state(session, options.load_state);

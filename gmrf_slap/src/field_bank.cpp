@@ -87,6 +87,7 @@ void check_memory(const GmrfSlapParams& params, const Lattice& lattice,
 FieldBank::FieldBank(const GmrfSlapParams& params, const Walls& walls)
     : lattice_(make_lattice(params.grid)),
       interpolation_(params.grid.interpolation),
+      walls_(std::make_shared<const Walls>(walls)),
       engine_(params.engine) {
   for (const auto& [name, field] : params.fields) {
     fields_.push_back(make_field(lattice_, params, name, field));
@@ -105,6 +106,7 @@ FieldBank::FieldBank(const GmrfSlapParams& params, const Walls& walls)
 FieldBank& FieldBank::operator=(const FieldBank& other) {
   lattice_ = other.lattice_;
   interpolation_ = other.interpolation_;
+  walls_ = other.walls_;
   engine_ = other.engine_;
   priors_ = other.priors_;
   version_ = other.version_;
@@ -144,7 +146,8 @@ void FieldBank::focus(const std::vector<int>& sites) {
 }
 
 SiteRow FieldBank::row(const Eigen::Vector2d& point) const {
-  return lattice_.contains(point) ? lattice_.row(point, interpolation_) : SiteRow{};
+  return lattice_.contains(point) ? row_within(*walls_, lattice_, point, interpolation_)
+                                  : SiteRow{};
 }
 
 Eigen::VectorXd FieldMixture::site_mean() const {
@@ -212,12 +215,37 @@ field_core::FieldPrediction FieldBank::predict(const Eigen::Matrix2Xd& points) c
 }
 
 namespace {
+constexpr const char* kWallsBlock = "walls";
+
 std::string block(std::size_t f, std::size_t l) {
   return "field" + std::to_string(f) + "/theta" + std::to_string(l) + "/";
+}
+
+/// One row per site: its edge along x, along y. 1: cut.
+Eigen::MatrixXd wall_block(const Walls& walls) {
+  using Bytes = Eigen::Map<const Eigen::Matrix<unsigned char, Eigen::Dynamic, 1>>;
+  const auto n = static_cast<Eigen::Index>(walls.right.size());
+  Eigen::MatrixXd cut(n, 2);
+  cut << Bytes(walls.right.data(), n).cast<double>(), Bytes(walls.up.data(), n).cast<double>();
+  return cut;
+}
+
+/// The fields of a state hold only with the walls that they were learned with.
+void require_same_walls(const field_core::State& state, const Walls& walls) {
+  const auto theirs = state.numbers().find(kWallsBlock);
+  const bool had = theirs != state.numbers().end();
+  if (!had && walls.empty()) return;
+  if (had && !walls.empty() && theirs->second == wall_block(walls)) return;
+  const std::string what = !had ? "without walls, this run has some"
+                           : walls.empty() ? "with walls, this run has none"
+                                           : "with other walls";
+  throw field_core::DataError("the state was learned " + what +
+                              "; set use_map_topic and give the map that it was learned with");
 }
 }  // namespace
 
 void FieldBank::save(field_core::State& state) const {
+  if (!walls_->empty()) state.set(kWallsBlock, wall_block(*walls_));
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     state.set("field" + std::to_string(f) + "/probability", fields_[f].probability);
     for (std::size_t l = 0; l < fields_[f].given.size(); ++l) {
@@ -227,6 +255,7 @@ void FieldBank::save(field_core::State& state) const {
 }
 
 void FieldBank::restore(const field_core::State& state) {
+  require_same_walls(state, *walls_);
   FieldBank next(*this);
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     next.fields_[f].probability =

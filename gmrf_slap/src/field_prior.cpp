@@ -75,34 +75,6 @@ int unbounded_size(double alpha) {
 
 double alpha_of_bandwidth(double sites) { return 2.0 / (sites * sites); }
 
-bool OccupancyMask::at(const Eigen::Vector2d& point) const {
-  const Eigen::Vector2d p = (point - corner) / resolution;
-  const int i = static_cast<int>(std::floor(p.x())), j = static_cast<int>(std::floor(p.y()));
-  if (i < 0 || j < 0 || i >= width || j >= height) return false;
-  return occupied[static_cast<std::size_t>(i + j * width)] != 0;
-}
-
-Walls walls_from(const Lattice& lattice, const OccupancyMask& mask) {
-  const auto cuts = [&](int s, const Eigen::Vector2d& direction) {
-    // Half a cell per sample: no cell on the line is missed.
-    const int samples = static_cast<int>(std::ceil(2.0 * lattice.spacing() / mask.resolution)) + 1;
-    for (int k = 0; k <= samples; ++k) {
-      const double t = static_cast<double>(k) / samples;
-      if (mask.at(lattice.position(s) + t * lattice.spacing() * direction)) return true;
-    }
-    return false;
-  };
-  Walls walls;
-  const auto n = static_cast<std::size_t>(lattice.sites());
-  walls.right.resize(n);
-  walls.up.resize(n);
-  for (int s = 0; s < lattice.sites(); ++s) {
-    walls.right[static_cast<std::size_t>(s)] = cuts(s, Eigen::Vector2d::UnitX());
-    walls.up[static_cast<std::size_t>(s)] = cuts(s, Eigen::Vector2d::UnitY());
-  }
-  return walls;
-}
-
 Sparse prior_precision(const Lattice& lattice, const Theta& theta, const Walls& walls,
                        Boundary boundary) {
   check(theta);

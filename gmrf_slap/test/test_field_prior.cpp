@@ -108,30 +108,6 @@ TEST(FieldPrior, FreeBoundariesRaiseTheVarianceAndCorrectionTakesItBack) {
               free(edge, edge + 1) / std::sqrt(free(edge, edge) * free(edge + 1, edge + 1)), 1e-10);
 }
 
-TEST(FieldPrior, NoCorrelationThroughAWall) {
-  const Lattice lattice({0.0, 0.0}, 1.0, 12, 6, false);
-  OccupancyMask mask;
-  mask.corner = {5.4, -1.0};  // a wall of 0.2 m between columns 5 and 6
-  mask.resolution = 0.2;
-  mask.width = 1;
-  mask.height = 40;
-  mask.occupied.assign(40, 1);
-  const Walls walls = walls_from(lattice, mask);
-  const MatrixXd sigma = covariance(lattice, {1.0, 0.1, 2}, walls);
-  const double across = sigma(lattice.site(5, 3), lattice.site(6, 3));
-  EXPECT_EQ(across, 0.0);
-  EXPECT_GT(sigma(lattice.site(4, 3), lattice.site(5, 3)), 0.5 * sigma(0, 0));
-  EXPECT_LT((sigma.diagonal().array() / sigma(0, 0) - 1.0).abs().maxCoeff(), 1e-9);
-
-  // With a door the way around is long, but there.
-  mask.occupied.assign(40, 1);
-  for (int j = 6; j < 11; ++j) mask.occupied[static_cast<std::size_t>(j)] = 0;
-  const MatrixXd door = covariance(lattice, {1.0, 0.1, 2}, walls_from(lattice, mask));
-  const double through = door(lattice.site(5, 5), lattice.site(6, 5));
-  EXPECT_GT(through, 0.0);
-  EXPECT_LT(through, 0.6 * door(lattice.site(4, 5), lattice.site(5, 5)));
-}
-
 TEST(FieldPrior, RefusesSingularParameters) {
   const auto error = [](const Theta& theta) -> std::string {
     try {

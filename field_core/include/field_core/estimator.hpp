@@ -26,6 +26,8 @@
 //                                                   not depend on: it may be restored under others
 //   UpdateResult observe_position(const PositionObservation&)   where the robot was seen from
 //   outside
+//   void set_obstacles(const OccupancyMask&)        walls, which fields do not pass; everything
+//                                                   starts again with them, and reset() keeps them
 //
 // If several robots share its fields:
 //
@@ -47,6 +49,7 @@
 #include <vector>
 
 #include "field_core/belief.hpp"
+#include "field_core/occupancy_mask.hpp"
 #include "field_core/se2.hpp"
 #include "field_core/stamp.hpp"
 #include "field_core/state.hpp"
@@ -166,6 +169,13 @@ struct HasPositions : std::false_type {};
 template <class E>
 struct HasPositions<E, std::void_t<decltype(std::declval<E&>().observe_position(
                            std::declval<const PositionObservation&>()))>> : std::true_type {};
+
+template <class E, class = void>
+struct HasObstacles : std::false_type {};
+template <class E>
+struct HasObstacles<
+    E, std::void_t<decltype(std::declval<E&>().set_obstacles(std::declval<const OccupancyMask&>()))>>
+    : std::true_type {};
 
 template <class E, class = void>
 struct HasRobots : std::false_type {};

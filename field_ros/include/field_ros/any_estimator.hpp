@@ -24,6 +24,9 @@ class AnyEstimator {
   /// {""}: one, which the estimator has no name for.
   virtual std::vector<std::string> robots() const = 0;
   virtual bool uses_positions() const = 0;
+  virtual bool uses_obstacles() const = 0;
+  /// Only if uses_obstacles().
+  virtual void set_obstacles(const field_core::OccupancyMask& mask) = 0;
   virtual void predict(const field_core::OdometryIncrement& increment, int robot) = 0;
   virtual field_core::UpdateResult update(const field_core::Sample& sample, int robot) = 0;
   /// Only if uses_positions().
@@ -58,6 +61,10 @@ class EstimatorHolder final : public AnyEstimator {
     return {""};
   }
   bool uses_positions() const override { return field_core::detail::HasPositions<E>::value; }
+  bool uses_obstacles() const override { return field_core::detail::HasObstacles<E>::value; }
+  void set_obstacles([[maybe_unused]] const field_core::OccupancyMask& mask) override {
+    if constexpr (field_core::detail::HasObstacles<E>::value) estimator_.set_obstacles(mask);
+  }
   void predict(const field_core::OdometryIncrement& i, int robot) override {
     call(robot, [&](auto... r) { estimator_.predict(i, r...); });
   }

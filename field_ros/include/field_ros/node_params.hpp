@@ -21,6 +21,7 @@ struct NodeParams : RuntimeParams {
   std::string save_name = "last";
   bool resume = false;
   bool start_anywhere = false;
+  bool use_map_topic = false;
   int seed = 1;
   double map_resolution = 0.25;
   int odom_queue_size = 1000;
@@ -55,6 +56,9 @@ struct NodeParams : RuntimeParams {
            "start with the automatically saved state if there is one (after a crash or a reboot)");
     v.flag("start_anywhere", start_anywhere,
            "start as global_localization does: the map is known, the pose is not");
+    v.flag("use_map_topic", use_map_topic,
+           "wait for an occupancy grid on the topic map before the start, and let no field pass "
+           "its walls (estimators that know obstacles); later maps are not looked at");
     v.number("seed", seed, non_negative(), "1", "seed of the estimator's random numbers");
     v.number("map_resolution", map_resolution, positive(), "m",
              "cell size of published field maps");

@@ -51,7 +51,10 @@ class FieldBank {
   std::vector<FieldMixture>& fields() { return fields_; }
   const std::vector<FieldMixture>& fields() const { return fields_; }
 
-  /// H at a place; outside of the grid count = 0: nothing is known there.
+  const Walls& walls() const { return *walls_; }
+
+  /// H at a place, of sites on its side of the walls; outside of the grid count = 0: nothing is
+  /// known there.
   SiteRow row(const Eigen::Vector2d& point) const;
 
   /// Tells every field which sites one robot's next step names (GaussianField::focus).
@@ -75,6 +78,7 @@ class FieldBank {
  private:
   Lattice lattice_{Eigen::Vector2d::Zero(), 1.0, 1, 1, false};
   Interpolation interpolation_ = Interpolation::bilinear;
+  std::shared_ptr<const Walls> walls_;
   Engine engine_ = Engine::dense;
   std::vector<FieldMixture> fields_;
   std::vector<std::vector<std::shared_ptr<const GaussianField>>> priors_;

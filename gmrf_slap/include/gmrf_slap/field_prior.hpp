@@ -20,9 +20,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
-#include <vector>
 
 #include "gmrf_slap/lattice.hpp"
+#include "gmrf_slap/walls.hpp"
 
 namespace gmrf_slap {
 
@@ -37,25 +37,6 @@ struct Theta {
 double alpha_of_bandwidth(double sites);
 
 enum class Boundary { corrected, free };
-
-/// Edges of the lattice's graph that walls cut; empty: none. right[s]: between site s and its
-/// neighbour along x, up[s]: along y.
-struct Walls {
-  std::vector<unsigned char> right, up;
-  bool empty() const { return right.empty(); }
-};
-
-/// An occupancy grid in the map frame; row-major like nav_msgs/OccupancyGrid.
-struct OccupancyMask {
-  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< of cell (0, 0)
-  double resolution = 1.0;                           ///< [m]
-  int width = 0, height = 0;
-  std::vector<unsigned char> occupied;  ///< width x height
-  bool at(const Eigen::Vector2d& point) const;
-};
-
-/// Edges whose line meets an occupied cell. Complexity O(sites x spacing / resolution).
-Walls walls_from(const Lattice& lattice, const OccupancyMask& mask);
 
 /// Q, both triangles, compressed. O(sites); with `corrected` on a bounded lattice one sparse
 /// factorization and its selected inverse.

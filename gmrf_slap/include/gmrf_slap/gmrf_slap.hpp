@@ -18,9 +18,13 @@ class GmrfSlap {
   static constexpr std::uint32_t kStateVersion = 1;
 
   GmrfSlap(const Params& params, std::uint64_t seed)
-      : robots_(params.robots), slap_(params, seed) {}
+      : params_(params), seed_(seed), slap_(params, seed) {}
 
-  const std::vector<std::string>& robots() const { return robots_; }
+  const std::vector<std::string>& robots() const { return params_.robots; }
+  /// Everything starts again with fields that have no correlation through walls.
+  void set_obstacles(const field_core::OccupancyMask& mask) {
+    slap_ = Slap(params_, seed_, walls_from(slap_.bank().lattice(), mask));
+  }
   void predict(const field_core::OdometryIncrement& increment, int robot = 0) {
     slap_.predict(robot, increment);
   }
@@ -72,12 +76,14 @@ class GmrfSlap {
   const Slap& slap() const { return slap_; }
 
  private:
-  std::vector<std::string> robots_;
+  GmrfSlapParams params_;
+  std::uint64_t seed_;
   Slap slap_;
 };
 
 static_assert(field_core::is_estimator_v<GmrfSlap> &&
               field_core::detail::HasRobots<GmrfSlap>::value &&
-              field_core::detail::HasPositions<GmrfSlap>::value);
+              field_core::detail::HasPositions<GmrfSlap>::value &&
+              field_core::detail::HasObstacles<GmrfSlap>::value);
 
 }  // namespace gmrf_slap
