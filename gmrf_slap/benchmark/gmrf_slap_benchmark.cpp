@@ -1,7 +1,9 @@
 // Cost of the parts of a step. One thread.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
+#include <ctime>
 
 #include "field_core/random.hpp"
 #include "gmrf_slap/field_prior.hpp"
@@ -26,6 +28,9 @@ void dense_condition(benchmark::State& state) {
     update.add({1, {(lattice.sites() / 3 + k) % lattice.sites()}, {1.0}}, 1.0 / count, 0.01, 1.0);
   }
   for (auto _ : state) field->condition(update);
+  const double n = lattice.sites();
+  state.counters["flop/s"] = benchmark::Counter(
+      n * n * (count + 1), benchmark::Counter::kIsIterationInvariantRate);  // half a square product
 }
 BENCHMARK(dense_condition)
     ->Args({31, 300, 0})
@@ -48,17 +53,19 @@ GmrfSlapParams paper(int side, Engine engine, PositionBelief belief) {
   return params;
 }
 
-/// A robot that drives straight from wall to wall and back, 2 m a step.
+/// A robot that drives straight to x = edge, back to -edge and so on, 2 m a step. Its candidates
+/// are the more the less its motion is known.
 class Robot {
  public:
-  Robot(Slap& slap, int side) : slap_(slap), edge_(0.5 * side - 4.0) {
+  Robot(Slap& slap, double edge, double motion_variance = 0.25)
+      : slap_(slap), edge_(edge), noise_(motion_variance * Eigen::Matrix2d::Identity()) {
     slap_.set_pose(0, field_core::SE2(0.0, 0.0, 0.0), Eigen::Vector3d(9, 9, 0).asDiagonal());
     sample_.readings = {{0, 0.0, 0.0}};
   }
   void step() {
     if (std::abs(x_ + step_) > edge_) step_ = -step_;
     x_ += step_;
-    slap_.displace(0, {step_, 0.0}, 0.25 * Eigen::Matrix2d::Identity());
+    slap_.displace(0, {step_, 0.0}, noise_);
     slap_.observe_position(0, {x_ + random_.normal(0.0, 10.0), random_.normal(0.0, 10.0)});
     sample_.readings[0].value = 0.2 * std::sin(0.3 * x_) + random_.normal(0.0, 0.1);
     slap_.update(0, sample_);
@@ -67,29 +74,42 @@ class Robot {
  private:
   Slap& slap_;
   double edge_, x_ = 0.0, step_ = 2.0;
+  Eigen::Matrix2d noise_;
   field_core::Random random_{1};
   field_core::Sample sample_;
 };
 
-/// One step of one robot: command, position observation, measurement, L = 5. Arguments: engine,
-/// belief, side.
+double cpu_milliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+/// The mean step is the benchmark's time; the worst one and what was weighed are counters.
+void run_steps(benchmark::State& state, const Slap& slap, Robot& robot) {
+  for (int t = 0; t < 15; ++t) robot.step();
+  double candidates = 0.0, left_out = 0.0, worst = 0.0;
+  for (auto _ : state) {
+    const double begin = cpu_milliseconds();
+    robot.step();
+    worst = std::max(worst, cpu_milliseconds() - begin);
+    candidates += static_cast<double>(slap.belief(0).particles.size());
+    left_out += slap.left_out_mass(0);
+  }
+  const auto steps = static_cast<double>(state.iterations());
+  state.counters["candidates"] = candidates / steps;
+  state.counters["left_out"] = left_out / steps;
+  state.counters["worst_ms"] = worst;
+  std::size_t bytes = 0;
+  for (const auto& given : slap.bank().fields()[0].given) bytes += given->memory_bytes();
+  state.counters["MB"] = 1e-6 * static_cast<double>(bytes);
+}
+
+/// One step of one robot from wall to wall: command, position observation, measurement, L = 5.
+/// Arguments: engine, belief, side.
 void step(benchmark::State& state) {
   const int side = static_cast<int>(state.range(2));
   Slap slap(
       paper(side, static_cast<Engine>(state.range(0)), static_cast<PositionBelief>(state.range(1))),
       1);
-  Robot robot(slap, side);
-  for (int t = 0; t < 15; ++t) robot.step();
-  std::size_t candidates = 0;
-  for (auto _ : state) {
-    robot.step();
-    candidates += slap.belief(0).particles.size();
-  }
-  state.counters["candidates"] =
-      static_cast<double>(candidates) / static_cast<double>(state.iterations());
-  std::size_t bytes = 0;
-  for (const auto& given : slap.bank().fields()[0].given) bytes += given->memory_bytes();
-  state.counters["MB"] = 1e-6 * static_cast<double>(bytes);
+  Robot robot(slap, 0.5 * side - 4.0);
+  run_steps(state, slap, robot);
 }
 constexpr int kDense = static_cast<int>(Engine::dense), kSparse = static_cast<int>(Engine::sparse),
               kLocal = static_cast<int>(Engine::local),
@@ -99,11 +119,11 @@ constexpr int kDense = static_cast<int>(Engine::dense), kSparse = static_cast<in
 BENCHMARK(step)
     ->ArgNames({"engine", "belief", "side"})
     ->Args({kDense, kTracks, 31})
+    ->Args({kLocal, kTracks, 31})
+    ->Args({kLocal, kTracks, 101})
+    ->Args({kLocal, kTracks, 301})
     ->Args({kDense, kSites, 31})
     ->Args({kDense, kPaper, 31})
-    ->Args({kLocal, kSites, 31})
-    ->Args({kLocal, kSites, 101})
-    ->Args({kLocal, kSites, 301})
     ->Args({kSparse, kSites, 101})
     ->Iterations(60)
     ->Unit(benchmark::kMillisecond);
@@ -111,7 +131,40 @@ BENCHMARK(step)
     ->Name("step_301_sparse")
     ->ArgNames({"engine", "belief", "side"})
     ->Args({kSparse, kSites, 301})
-    ->Iterations(10)
+    ->Iterations(5)
+    ->Unit(benchmark::kMillisecond);
+
+/// The same drive in the middle of grids of any size: what still depends on the grid.
+void same_drive(benchmark::State& state) {
+  Slap slap(paper(static_cast<int>(state.range(0)), Engine::local, PositionBelief::lattice), 1);
+  Robot robot(slap, 20.0);
+  run_steps(state, slap, robot);
+}
+BENCHMARK(same_drive)
+    ->ArgName("side")
+    ->Arg(75)
+    ->Arg(101)
+    ->Arg(201)
+    ->Arg(301)
+    ->Iterations(60)
+    ->Unit(benchmark::kMillisecond);
+
+/// 300 candidates offered, and the mass that may be left out in thousandths of a percent.
+void offered_300(benchmark::State& state) {
+  GmrfSlapParams params = paper(31, Engine::dense, PositionBelief::lattice);
+  params.prune_mass = 1e-5 * static_cast<double>(state.range(0));
+  Slap slap(params, 1);
+  Robot robot(slap, 6.0, 1.1);
+  run_steps(state, slap, robot);
+}
+BENCHMARK(offered_300)
+    ->ArgName("prune")
+    ->Arg(0)
+    ->Arg(10)
+    ->Arg(100)
+    ->Arg(1000)
+    ->Arg(5000)
+    ->Iterations(60)
     ->Unit(benchmark::kMillisecond);
 
 /// A measurement at a known place: the map update of a mapper without localization.

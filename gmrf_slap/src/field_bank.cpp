@@ -48,6 +48,8 @@ FieldMixture make_field(const Lattice& lattice, const GmrfSlapParams& params,
 /// (test_window_field).
 constexpr double kHaloBandwidths = 3.5;
 constexpr double kLargestHalo = 16.0;
+/// A window of the sparse engine costs more to take than to carry: larger ones are left less often.
+constexpr int kSparseMargin = 6;
 
 std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSlapParams& params,
                                            const Theta& theta,
@@ -59,6 +61,8 @@ std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSla
     const double bandwidth = std::sqrt(2.0 / theta.alpha);
     settings.halo =
         static_cast<int>(std::min(std::ceil(kHaloBandwidths * bandwidth), kLargestHalo));
+  } else {
+    settings.margin = kSparseMargin;
   }
   return make_window_field(lattice, precision, settings);
 }

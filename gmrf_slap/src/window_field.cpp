@@ -17,21 +17,27 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 
 Eigen::Index index_of(std::size_t k) { return static_cast<Eigen::Index>(k); }
 
-/// Sites within `reach` rows and columns of given ones.
-void insert_around(const Lattice& lattice, const std::vector<int>& sites, int reach, SiteSet& out) {
-  const int nx = lattice.nx(), ny = lattice.ny();
-  for (const int s : sites) {
-    for (int dj = -reach; dj <= reach; ++dj) {
-      for (int di = -reach; di <= reach; ++di) {
-        int i = s % nx + di, j = s / nx + dj;
-        if (lattice.wrap()) {
-          i = (i % nx + nx) % nx;
-          j = (j % ny + ny) % ny;
-        }
-        if (i >= 0 && j >= 0 && i < nx && j < ny) out.insert(lattice.site(i, j));
+/// Adds the sites within `reach` steps along one axis of those that `out` held.
+void widen(const Lattice& lattice, int reach, int dx, int dy, SiteSet& out) {
+  const int nx = lattice.nx(), ny = lattice.ny(), held = out.size();
+  for (int k = 0; k < held; ++k) {
+    const int s = out.sites()[static_cast<std::size_t>(k)];
+    for (int d = -reach; d <= reach; ++d) {
+      int i = s % nx + d * dx, j = s / nx + d * dy;
+      if (lattice.wrap()) {
+        i = (i % nx + nx) % nx;
+        j = (j % ny + ny) % ny;
       }
+      if (i >= 0 && j >= 0 && i < nx && j < ny) out.insert(lattice.site(i, j));
     }
   }
+}
+
+/// Sites within `reach` rows and columns of given ones, into an empty set.
+void insert_around(const Lattice& lattice, const std::vector<int>& sites, int reach, SiteSet& out) {
+  for (const int s : sites) out.insert(s);
+  widen(lattice, reach, 1, 0, out);
+  widen(lattice, reach, 0, 1, out);
 }
 
 }  // namespace
@@ -163,9 +169,11 @@ void WindowField::flush() {
 
 void WindowField::take_window() {
   window_.clear();
+  std::vector<int> asked;
   for (const std::vector<int>& sites : focused_) {
-    insert_around(lattice_, sites, settings_.margin, window_);
+    asked.insert(asked.end(), sites.begin(), sites.end());
   }
+  insert_around(lattice_, asked, settings_.margin, window_);
   if (window_.size() > settings_.largest_window) {
     throw field_core::NumericalError(
         "the robots' possible positions spread over " + std::to_string(window_.size()) +
