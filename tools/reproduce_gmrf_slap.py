@@ -104,19 +104,21 @@ def paper_section(runs):
     return "\n".join(lines)
 
 
-def robots_section(runs):
+def robots_section(runs, counts):
     lines = [HEAD.format("robots")]
-    for count in ROBOTS:
-        cases = runs.simulate(f"robots_{count}", robots=count, cases="123")
-        lines.append(taken_as_exact_row(f"{count}, case 2", cases))
-        lines.append(estimated_row(f"{count}, case 3", cases))
+    for count in counts:
+        seeds = max(1, runs.seeds // {1: 1, 2: 1, 5: 4}[count])  # five robots take minutes
+        cases = runs.simulate(f"robots_{count}", seeds, robots=count, cases="123")
+        label = f"{count} ({len(cases[3])} seeds)"
+        lines.append(taken_as_exact_row(f"{label}, case 2", cases))
+        lines.append(estimated_row(f"{label}, case 3", cases))
     return "\n".join(lines)
 
 
-def grids_section(runs):
+def grids_section(runs, sides):
     lines = [HEAD.format("sites, engine: local")]
-    for side in SIDES:
-        seeds = runs.seeds if side < 200 else max(1, runs.seeds // 4)
+    for side in sides:
+        seeds = max(1, runs.seeds // {31: 1, 101: 4, 301: 20}[side])  # one on 301 x 301 takes minutes
         cases = runs.simulate(f"grid_{side}", seeds, side=side, engine="local", known_start=1, cases="13", score_every=100)
         lines.append(estimated_row(f"{side} x {side} ({len(cases[3])} seeds)", cases))
     return "\n".join(lines)
@@ -223,7 +225,7 @@ def draw_path(prefix, file, first=10, last=30):
 
 PAGE = """# gmrf_slap: simulated runs and real fields
 
-Made by `tools/reproduce_gmrf_slap.sh`: {seeds} seeds, `gmrf_slap_simulation` (the paper's section III: a robot on a 31 x 31 torus, 100
+Made by `{command}`: {seeds} seeds, `gmrf_slap_simulation` (the paper's section III: a robot on a 31 x 31 torus, 100
 steps of 2 m, observed with {noise:.0f} m of noise, the field drawn from the prior with kappa = 50, alpha = 0.1, measured with a noise of 0.1;
 five hyperparameter vectors, uniform). The same seed is the same field, drive and noise in all cases. Squared errors are means over
 sites and steps; "to case 1" is the ratio of the means with its standard error over seeds. The start is unknown. Times are one
@@ -240,6 +242,13 @@ The paper reports 1 : 1.99 : 1.18, for one run.
 {robots}{grids}{real}"""
 
 
+def limits(arguments):
+    """Options by which this run does less than the whole."""
+    for name, values, everything in (("--robots", arguments.robots, ROBOTS), ("--sides", arguments.sides, SIDES)):
+        if tuple(values) != everything:
+            yield " ".join([name, *map(str, values)])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=pathlib.Path, required=True)
@@ -247,6 +256,8 @@ def main():
     parser.add_argument("--page", type=pathlib.Path, required=True)
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--only", nargs="*", default=["paper", "robots", "grids", "real"])
+    parser.add_argument("--robots", nargs="*", type=int, default=ROBOTS, choices=ROBOTS)
+    parser.add_argument("--sides", nargs="*", type=int, default=SIDES, choices=SIDES)
     arguments = parser.parse_args()
     runs = Runs(arguments.output, arguments.seeds)
     pictures = arguments.page.parent
@@ -257,10 +268,10 @@ def main():
         draw_fields(runs.dump("paper_"), pictures / "gmrf_slap_fields.png")
         draw_path(runs.dump("paper_"), pictures / "gmrf_slap_path.png")
     if "robots" in arguments.only:
-        parts["robots"] = "\n## Several robots, trajectories\n\n" + robots_section(runs) + "\n"
+        parts["robots"] = "\n## Several robots, trajectories\n\n" + robots_section(runs, arguments.robots) + "\n"
     if "grids" in arguments.only:
         parts["grids"] = ("\n## Large grids, trajectories, known start, field looked at after the last step\n\n"
-                          + grids_section(runs) + "\n")
+                          + grids_section(runs, arguments.sides) + "\n")
     if "real" in arguments.only:
         parts["real"] = ("\n## Real fields on a bounded 31 x 31 grid, trajectories\n\nThe middle of each raster, averaged to 31 x 31 "
                          "sites and scaled to the mean and spread of the simulated field; the five hyperparameter vectors are the "
@@ -269,8 +280,9 @@ def main():
         if (arguments.data / "rasters_r").is_dir():
             draw_fields(runs.dump("real_volcano_"), pictures / "gmrf_slap_volcano.png")
             parts["real"] += "\n![volcano: prediction, variance and squared error by case](gmrf_slap_volcano.png)\n"
+    command = " ".join(["tools/reproduce_gmrf_slap.sh", *limits(arguments)])
     if set(arguments.only) == set(parts):
-        arguments.page.write_text(PAGE.format(seeds=arguments.seeds, noise=NOISE_M, **parts))
+        arguments.page.write_text(PAGE.format(command=command, seeds=arguments.seeds, noise=NOISE_M, **parts))
     else:
         print("\n".join(parts.values()))
 
