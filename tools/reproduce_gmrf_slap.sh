@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The paper's section III over many seeds, several robots, large grids and real fields: docs/results/gmrf_slap.md and its
 # pictures. Runs that are done stay in out/reproduce_gmrf_slap and are not repeated.
-# Usage: tools/reproduce_gmrf_slap.sh [--seeds N] [--only paper robots grids real] [--robots 1 2 5] [--sides 31 101 301]
+# Usage: tools/reproduce_gmrf_slap.sh [--seeds N] [--only paper robots grids real] [--robots 2 5] [--sides 31 101 301]
 # Two robots take more than a quarter of an hour; five, and 301 x 301 sites, have not been run to the end.
 # Real fields: ../shared/data or FIELD_DATA_DIR
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

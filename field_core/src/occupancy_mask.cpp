@@ -1,24 +1,35 @@
 #include "field_core/occupancy_mask.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace field_core {
 
+namespace {
+
+/// In cells, along the mask's own axes.
+Eigen::Vector2d coordinates(const OccupancyMask& mask, const Eigen::Vector2d& point) {
+  return Eigen::Rotation2Dd(-mask.yaw) * ((point - mask.corner) / mask.resolution);
+}
+
+bool occupied_at(const OccupancyMask& mask, const Eigen::Vector2d& cell) {
+  const double x = std::floor(cell.x()), y = std::floor(cell.y());
+  if (!(x >= 0.0 && y >= 0.0 && x < mask.width && y < mask.height)) return false;
+  return mask.occupied[static_cast<std::size_t>(x) +
+                       static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width)] != 0;
+}
+
+}  // namespace
+
 bool OccupancyMask::at(const Eigen::Vector2d& point) const {
-  const double c = std::cos(yaw), s = std::sin(yaw);
-  const Eigen::Vector2d d = (point - corner) / resolution;
-  const double x = std::floor(c * d.x() + s * d.y()), y = std::floor(c * d.y() - s * d.x());
-  if (!(x >= 0.0 && y >= 0.0 && x < width && y < height)) return false;
-  return occupied[static_cast<std::size_t>(x) +
-                  static_cast<std::size_t>(y) * static_cast<std::size_t>(width)] != 0;
+  return occupied_at(*this, coordinates(*this, point));
 }
 
 bool OccupancyMask::blocks(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  const double length = (to - from).norm();
-  // Half a cell per sample: no cell that the line crosses is missed.
-  const int samples = static_cast<int>(std::ceil(2.0 * length / resolution)) + 1;
+  const Eigen::Vector2d begin = coordinates(*this, from), way = coordinates(*this, to) - begin;
+  const int samples = static_cast<int>(std::ceil(2.0 * way.norm())) + 1;  // half a cell apart
   for (int k = 0; k <= samples; ++k) {
-    if (at(from + (static_cast<double>(k) / samples) * (to - from))) return true;
+    if (occupied_at(*this, begin + (static_cast<double>(k) / samples) * way)) return true;
   }
   return false;
 }

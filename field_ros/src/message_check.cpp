@@ -16,17 +16,6 @@ constexpr double kLargestCoordinate = 1e12;
 
 bool is_coordinate(double v) { return std::abs(v) < kLargestCoordinate; }
 
-DropReason check_pose(const geometry_msgs::Pose& pose) {
-  const auto& p = pose.position;
-  const auto& q = pose.orientation;
-  for (const double v : {p.x, p.y, p.z, q.x, q.y, q.z, q.w}) {
-    if (!is_coordinate(v)) return DropReason::non_finite_pose;
-  }
-  const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  return std::abs(norm2 - 1.0) < kQuaternionTolerance ? DropReason::none
-                                                      : DropReason::bad_quaternion;
-}
-
 bool frame_is(const std::string& frame, const std::string& expected) {
   return frame.empty() || tf2_frame(frame) == expected;
 }
@@ -41,6 +30,17 @@ bool is_covariance(const Eigen::Matrix3d& c) {
 }
 
 }  // namespace
+
+DropReason check_pose(const geometry_msgs::Pose& pose) {
+  const auto& p = pose.position;
+  const auto& q = pose.orientation;
+  for (const double v : {p.x, p.y, p.z, q.x, q.y, q.z, q.w}) {
+    if (!is_coordinate(v)) return DropReason::non_finite_pose;
+  }
+  const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  return std::abs(norm2 - 1.0) < kQuaternionTolerance ? DropReason::none
+                                                      : DropReason::bad_quaternion;
+}
 
 FieldIndex index_fields(const std::vector<field_core::FieldInfo>& fields) {
   FieldIndex index;

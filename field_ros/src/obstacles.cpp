@@ -17,10 +17,8 @@ constexpr double kLargestTilt = 1e-3;        // of the quaternion's x and y
 
 void check_origin(const geometry_msgs::Pose& origin) {
   const auto& q = origin.orientation;
-  const bool finite = std::isfinite(origin.position.x) && std::isfinite(origin.position.y) &&
-                      std::isfinite(q.z) && std::isfinite(q.w);
-  if (finite && std::abs(q.x) <= kLargestTilt && std::abs(q.y) <= kLargestTilt &&
-      std::abs(q.z * q.z + q.w * q.w - 1.0) <= kLargestTilt) {
+  if (check_pose(origin) == DropReason::none && std::abs(q.x) <= kLargestTilt &&
+      std::abs(q.y) <= kLargestTilt) {
     return;
   }
   throw field_core::DataError(

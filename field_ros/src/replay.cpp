@@ -219,6 +219,11 @@ void add_maps(ReplayOutput& output, const Session& session, const ReplayOptions&
 
 // The maps of a state alone.
 void write_maps(Configured configured, const ReplayOptions& options) {
+  if (configured.node.use_map_topic) {
+    throw DataError(options.config +
+                    ": use_map_topic needs a --bag that holds the map; without one the maps of "
+                    "a state with walls cannot be drawn");
+  }
   Session session(std::move(configured), [](const std::string&, const std::string&,
                                             field_core::Stamp) { return std::nullopt; });
   load_state(session, options.load_state);

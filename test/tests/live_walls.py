@@ -12,7 +12,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from support import recordings
 from support.live import Node, advertised_by, start_test_node, wait_for
-from support.programs import ProgramTest, replay
+from support.programs import ProgramTest, replay, run
 from support.robot import Robot
 from support.runner import main
 
@@ -109,6 +109,8 @@ class Walls(ProgramTest):
         broken.data = broken.data[1:]
         done = replay(self.bag(broken), config, self.output, estimator="gmrf_slap")
         self.assert_refused(done, "the map on /map cannot be used", "47999 cells", "200 x 240")
+        done = run("gmrf_slap", "gmrf_slap_replay", "--load-state", "any.state", "--config", config, "--output", self.output)
+        self.assert_refused(done, config, "use_map_topic needs a --bag")
         config = self.write("config.yaml", recordings.tiny_config(use_map_topic=True))
         done = replay(self.bag(wall_map()), config, self.output)
         self.assert_refused(done, "use_map_topic", "fields of gp_localize know no walls")

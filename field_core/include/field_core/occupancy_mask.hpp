@@ -16,8 +16,8 @@ struct OccupancyMask {
   std::vector<unsigned char> occupied;  ///< width x height
 
   bool at(const Eigen::Vector2d& point) const;
-  /// Whether the line between two points meets an occupied cell. Cells that it only grazes, by less
-  /// than half of their side, may be missed.
+  /// Whether the line between two points meets an occupied cell. A cell of which it cuts off
+  /// less than half a side may be missed.
   bool blocks(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 };
 

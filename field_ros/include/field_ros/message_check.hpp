@@ -45,6 +45,9 @@ FieldIndex index_fields(const std::vector<field_core::FieldInfo>& fields);
 /// A frame without the leading slash that tf (not tf2) allowed.
 std::string tf2_frame(const std::string& frame);
 
+/// Finite coordinates, a quaternion of length 1. none: it can be used.
+DropReason check_pose(const geometry_msgs::Pose& pose);
+
 /// Frames of the message may be left empty; otherwise they must be the given ones. The pose's
 /// covariance is not used, but one that cannot be is taken as a sign of a broken source.
 Checked<OdometrySample> check_odometry(const nav_msgs::Odometry& message,

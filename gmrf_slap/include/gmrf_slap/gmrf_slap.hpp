@@ -18,12 +18,11 @@ class GmrfSlap {
   static constexpr std::uint32_t kStateVersion = 1;
 
   GmrfSlap(const Params& params, std::uint64_t seed)
-      : params_(params), seed_(seed), slap_(params, seed) {}
+      : robots_(params.robots), slap_(params, seed) {}
 
-  const std::vector<std::string>& robots() const { return params_.robots; }
-  /// Everything starts again with fields that have no correlation through walls.
+  const std::vector<std::string>& robots() const { return robots_; }
   void set_obstacles(const field_core::OccupancyMask& mask) {
-    slap_ = Slap(params_, seed_, walls_from(slap_.bank().lattice(), mask));
+    slap_.set_walls(walls_from(slap_.bank().lattice(), mask));
   }
   void predict(const field_core::OdometryIncrement& increment, int robot = 0) {
     slap_.predict(robot, increment);
@@ -76,8 +75,7 @@ class GmrfSlap {
   const Slap& slap() const { return slap_; }
 
  private:
-  GmrfSlapParams params_;
-  std::uint64_t seed_;
+  std::vector<std::string> robots_;
   Slap slap_;
 };
 

@@ -24,6 +24,9 @@ class Slap {
   /// @throws ParameterError as FieldBank does
   Slap(const GmrfSlapParams& params, std::uint64_t seed, const Walls& walls = {});
 
+  /// Everything starts again with fields that have no correlation through these.
+  void set_walls(const Walls& walls) { *this = Slap(params_, seed_, walls); }
+
   int robots() const { return static_cast<int>(robots_.size()); }
   void predict(int robot, const field_core::OdometryIncrement& increment);
   /// Eq. (6) with a known command F u and noise covariance of w, in the map frame.
