@@ -61,8 +61,14 @@ def ratio(case, reference, key="squared_error"):
     """Of the means over seeds, with the standard error that seeds leave (of paired differences)."""
     base = mean(reference, key)
     differences = [a[key] - b[key] for a, b in zip(case, reference)]
-    error = statistics.stdev(differences) / math.sqrt(len(differences)) / base if len(differences) > 1 else math.nan
-    return f"{mean(case, key) / base:.2f} ± {error:.2f}"
+    value = f"{mean(case, key) / base:.2f}"
+    if len(differences) < 2:
+        return value
+    return f"{value} ± {statistics.stdev(differences) / math.sqrt(len(differences)) / base:.2f}"
+
+
+def counted(rows):
+    return f"{len(rows)} seed{'s' if len(rows) > 1 else ''}"
 
 
 def share(rows, key):
@@ -109,7 +115,7 @@ def robots_section(runs, counts):
     lines = [HEAD.format("robots")]
     for count in counts:
         cases = runs.simulate(f"robots_{count}", max(1, runs.seeds // ROBOTS[count]), robots=count, cases="123")
-        label = f"{count} ({len(cases[3])} seeds)"
+        label = f"{count} ({counted(cases[3])})"
         lines.append(taken_as_exact_row(f"{label}, case 2", cases))
         lines.append(estimated_row(f"{label}, case 3", cases))
     return "\n".join(lines)
@@ -120,7 +126,7 @@ def grids_section(runs, sides):
     for side in sides:
         cases = runs.simulate(f"grid_{side}", max(1, runs.seeds // SIDES[side]), side=side, engine="local",
                               known_start=1, cases="13", score_every=100)
-        lines.append(estimated_row(f"{side} x {side} ({len(cases[3])} seeds)", cases))
+        lines.append(estimated_row(f"{side} x {side} ({counted(cases[3])})", cases))
     return "\n".join(lines)
 
 
