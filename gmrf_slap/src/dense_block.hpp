@@ -32,13 +32,14 @@ class DenseBlock {
   }
 
  private:
-  void gather_panel(int panel, const MixtureUpdate& update, int columns, double* out) const;
+  void gather_panel(int panel, const MixtureUpdate& update, double* out, double* m) const;
+  void take_shares(const MixtureUpdate& update);
 
   int n_ = 0;
   Eigen::VectorXd mean_;
   Eigen::MatrixXd sigma_;
   // Kept between steps so that a step allocates nothing.
-  std::vector<double> panels_, scratch_, coefficients_;
+  std::vector<double> panels_, scratch_, coefficients_, shares_;
 };
 
 }  // namespace gmrf_slap

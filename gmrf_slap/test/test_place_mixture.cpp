@@ -18,7 +18,7 @@ std::unique_ptr<GaussianField> conditioned(const std::vector<double>& weights, d
   for (std::size_t k = 0; k < weights.size(); ++k) {
     mixture.add({1, {static_cast<int>(10 * k)}, {1.0}}, weights[k], 0.5);
   }
-  left_out = mixture.condition(*field, 0.1, prune_mass);
+  left_out = mixture.condition(*field, 0.1, {prune_mass, 0.0}).mass;
   return field;
 }
 

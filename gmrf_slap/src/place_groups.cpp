@@ -1,0 +1,91 @@
+#include "place_groups.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gmrf_slap {
+
+int PlaceGroups::closest(const GaussianField& field, const std::vector<Place>& places,
+                         const Place& place) {
+  const bool negative = place.curvature < 0.0;
+  field.covariances(place.row, leaders_.data(), size(), covariance_.data());
+  int best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const double distance =
+        places[static_cast<std::size_t>(groups_[g].first)].variance - 2.0 * covariance_[g];
+    if (distance < least && groups_[g].negative == negative) {
+      least = distance;
+      best = static_cast<int>(g);
+    }
+  }
+  return best;
+}
+
+/// a Sigma a_k^T of a group's mean row and a place.
+double PlaceGroups::covariance_with(const GaussianField& field, const std::vector<Place>& places,
+                                    const Group& group, const Place& place) const {
+  double sum = 0.0;
+  for (int k = group.first; k >= 0; k = next_[static_cast<std::size_t>(k)]) {
+    const Place& member = places[static_cast<std::size_t>(k)];
+    double covariance = 0.0;
+    field.covariances(place.row, &member.row, 1, &covariance);
+    sum += member.curvature * covariance;
+  }
+  return sum / group.curvature;
+}
+
+void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& places,
+                        double largest_loss, double negative_budget) {
+  const std::size_t count = places.size();
+  groups_.clear();
+  leaders_.clear();
+  next_.assign(count, -1);
+  covariance_.resize(std::max(covariance_.size(), count));
+  positive_loss_ = negative_loss_ = 0.0;
+  order_.resize(count);
+  for (std::size_t k = 0; k < count; ++k) order_[k] = static_cast<int>(k);
+  const auto weight = [&](int k) {
+    const Place& place = places[static_cast<std::size_t>(k)];
+    return std::abs(place.curvature) * place.variance;
+  };
+  std::sort(order_.begin(), order_.end(),
+            [&](int a, int b) { return weight(a) != weight(b) ? weight(a) > weight(b) : a < b; });
+  for (const int k : order_) {
+    const Place& place = places[static_cast<std::size_t>(k)];
+    const bool negative = place.curvature < 0.0;
+    const int at = closest(field, places, place);
+    if (at >= 0) {
+      Group& group = groups_[static_cast<std::size_t>(at)];
+      const double cross = covariance_with(field, places, group, place);
+      const double sum = group.curvature + place.curvature;
+      const double distance = std::max(0.0, place.variance - 2.0 * cross + group.variance);
+      const double loss = std::abs(group.curvature * place.curvature / sum) * distance;
+      double& total = negative ? negative_loss_ : positive_loss_;
+      if (group.loss + loss <= largest_loss && (!negative || total + loss <= negative_budget)) {
+        const double old = group.curvature / sum, fresh = place.curvature / sum;
+        group.variance = old * old * group.variance + 2.0 * old * fresh * cross +
+                         fresh * fresh * place.variance;
+        group.curvature = sum;
+        group.loss += loss;
+        total += loss;
+        next_[static_cast<std::size_t>(group.last)] = k;
+        group.last = k;
+        continue;
+      }
+    }
+    groups_.push_back({k, k, place.curvature, place.variance, 0.0, negative});
+    leaders_.push_back(place.row);
+  }
+  order_.clear();
+  starts_.clear();
+  for (const Group& group : groups_) {
+    for (int k = group.first; k >= 0; k = next_[static_cast<std::size_t>(k)]) {
+      order_.push_back(k);
+      starts_.push_back(k == group.first);
+    }
+  }
+}
+
+}  // namespace gmrf_slap
