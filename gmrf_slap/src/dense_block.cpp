@@ -33,36 +33,54 @@ void DenseBlock::predict(const SiteRow* rows, int count, double* mean, double* v
 }
 
 void DenseBlock::covariances(const SiteRow& a, const SiteRow* b, int count, double* out) const {
+  if (a.count == 1) {  // nearest site: no need for the loops below
+    const int i = a.site[0];
+    const double weight = a.weight[0];
+    for (int k = 0; k < count; ++k) {
+      if (b[k].count == 1) {
+        out[k] = weight * b[k].weight[0] * at(i, b[k].site[0]);
+      } else {
+        out[k] = weight * column_dot(i, b[k]);
+      }
+    }
+    return;
+  }
   for (int k = 0; k < count; ++k) {
     double sum = 0.0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(a.count); ++i) {
-      double row = 0.0;
-      for (std::size_t j = 0; j < static_cast<std::size_t>(b[k].count); ++j) {
-        row += b[k].weight[j] * at(a.site[i], b[k].site[j]);
-      }
-      sum += a.weight[i] * row;
+      sum += a.weight[i] * column_dot(a.site[i], b[k]);
     }
     out[k] = sum;
   }
 }
 
+/// Rows i0 ... i0 + kPanelRows - 1 of a column of Sigma, 0 beyond the last: a part of the lower
+/// triangle as it is, or put together in the buffer.
+const double* DenseBlock::sigma_rows(int i0, int column, double* buffer) const {
+  const double* lower = sigma_.data() + static_cast<long>(column) * n_ + i0;
+  const int rows = std::min(kPanelRows, n_ - i0);
+  if (column <= i0 && rows == kPanelRows) return lower;
+  const int above = std::clamp(column - i0, 0, rows);  // rows before the diagonal
+  const double* across = sigma_.data() + static_cast<long>(i0) * n_ + column;
+  for (int i = 0; i < above; ++i) buffer[i] = across[static_cast<long>(i) * n_];
+  std::copy(lower + above, lower + rows, buffer + above);
+  std::fill(buffer + rows, buffer + kPanelRows, 0.0);
+  return buffer;
+}
+
 /// Rows panel * kPanelRows ... of [C m], C = Sigma A^T with a column per group, m = Sigma A^T gain.
 void DenseBlock::gather_panel(int panel, const MixtureUpdate& update, double* out,
                               double* m) const {
-  const int i0 = panel * kPanelRows, rows = std::min(kPanelRows, n_ - i0);
+  const int i0 = panel * kPanelRows;
   std::fill(out, out + static_cast<long>(update.groups) * kPanelRows, 0.0);
   std::fill(m, m + kPanelRows, 0.0);
-  double sigma[kPanelRows] = {};
+  double buffer[kPanelRows] = {};
   for (int g = 0; g < update.groups; ++g, out += kPanelRows) {
     const auto* first = update.first.data() + g;
     for (int k = first[0]; k < first[1]; ++k) {
       const SiteRow& row = update.rows[static_cast<std::size_t>(k)];
       for (std::size_t a = 0; a < static_cast<std::size_t>(row.count); ++a) {
-        const int s = row.site[a];
-        const int above = std::clamp(s - i0, 0, rows);  // rows before the diagonal
-        for (int i = 0; i < above; ++i) sigma[i] = sigma_(s, i0 + i);
-        const double* column = sigma_.data() + static_cast<long>(s) * n_ + i0;
-        for (int i = above; i < rows; ++i) sigma[i] = column[i];
+        const double* sigma = sigma_rows(i0, row.site[a], buffer);
         const double share = shares_[static_cast<std::size_t>(k)] * row.weight[a];
         const double gain = update.gain[k] * row.weight[a];
         for (int i = 0; i < kPanelRows; ++i) out[i] += share * sigma[i];

@@ -32,6 +32,14 @@ class DenseBlock {
   }
 
  private:
+  double column_dot(int i, const SiteRow& row) const {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(row.count); ++j) {
+      sum += row.weight[j] * at(i, row.site[j]);
+    }
+    return sum;
+  }
+  const double* sigma_rows(int i0, int column, double* buffer) const;
   void gather_panel(int panel, const MixtureUpdate& update, double* out, double* m) const;
   void take_shares(const MixtureUpdate& update);
 

@@ -78,6 +78,9 @@ void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& pl
     groups_.push_back({k, k, place.curvature, place.variance, 0.0, negative});
     leaders_.push_back(place.row);
   }
+  // Back in the order of the places, which lie close together in memory.
+  std::sort(groups_.begin(), groups_.end(),
+            [](const Group& a, const Group& b) { return a.first < b.first; });
   order_.clear();
   starts_.clear();
   for (const Group& group : groups_) {
