@@ -140,7 +140,7 @@ struct GmrfSlapParams : field_core::MotionParams {
   double likelihood_noise_scale = 1.0;
   double candidate_sigmas = 4.0;
   double prune_mass = 1e-4;
-  double merge_loss = 1e-4;
+  double merge_loss = 3e-4;
   int memory_limit = 4000;
 
   template <class Visitor>
