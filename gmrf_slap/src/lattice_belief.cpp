@@ -229,8 +229,7 @@ UpdateResult LatticeBelief::weigh(const FieldBank& fields,
   return result;
 }
 
-LeftOut LatticeBelief::assimilate(FieldBank& fields,
-                                  const std::vector<Observation>& observations) {
+LeftOut LatticeBelief::assimilate(FieldBank& fields, const std::vector<Observation>& observations) {
   LeftOut most;
   for (std::size_t o = 0; o < observations.size(); ++o) {
     const Observation& z = observations[o];

@@ -23,7 +23,6 @@ int PlaceGroups::closest(const GaussianField& field, const std::vector<Place>& p
   return best;
 }
 
-/// a Sigma a_k^T of a group's mean row and a place.
 double PlaceGroups::covariance_with(const GaussianField& field, const std::vector<Place>& places,
                                     const Group& group, const Place& place) const {
   double sum = 0.0;
@@ -34,6 +33,28 @@ double PlaceGroups::covariance_with(const GaussianField& field, const std::vecto
     sum += member.curvature * covariance;
   }
   return sum / group.curvature;
+}
+
+bool PlaceGroups::join(const GaussianField& field, const std::vector<Place>& places, Group& group,
+                       int k, double largest_loss, double negative_budget) {
+  const Place& place = places[static_cast<std::size_t>(k)];
+  const double cross = covariance_with(field, places, group, place);
+  const double sum = group.curvature + place.curvature;
+  const double distance = std::max(0.0, place.variance - 2.0 * cross + group.variance);
+  const double loss = std::abs(group.curvature * place.curvature / sum) * distance;
+  double& total = group.negative ? negative_loss_ : positive_loss_;
+  // Not a number (two curvatures of 0) is no join either.
+  if (!(group.loss + loss <= largest_loss)) return false;
+  if (group.negative && total + loss > negative_budget) return false;
+  const double old = group.curvature / sum, fresh = place.curvature / sum;
+  group.variance =
+      old * old * group.variance + 2.0 * old * fresh * cross + fresh * fresh * place.variance;
+  group.curvature = sum;
+  group.loss += loss;
+  total += loss;
+  next_[static_cast<std::size_t>(group.last)] = k;
+  group.last = k;
+  return true;
 }
 
 void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& places,
@@ -54,28 +75,12 @@ void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& pl
             [&](int a, int b) { return weight(a) != weight(b) ? weight(a) > weight(b) : a < b; });
   for (const int k : order_) {
     const Place& place = places[static_cast<std::size_t>(k)];
-    const bool negative = place.curvature < 0.0;
     const int at = closest(field, places, place);
-    if (at >= 0) {
-      Group& group = groups_[static_cast<std::size_t>(at)];
-      const double cross = covariance_with(field, places, group, place);
-      const double sum = group.curvature + place.curvature;
-      const double distance = std::max(0.0, place.variance - 2.0 * cross + group.variance);
-      const double loss = std::abs(group.curvature * place.curvature / sum) * distance;
-      double& total = negative ? negative_loss_ : positive_loss_;
-      if (group.loss + loss <= largest_loss && (!negative || total + loss <= negative_budget)) {
-        const double old = group.curvature / sum, fresh = place.curvature / sum;
-        group.variance = old * old * group.variance + 2.0 * old * fresh * cross +
-                         fresh * fresh * place.variance;
-        group.curvature = sum;
-        group.loss += loss;
-        total += loss;
-        next_[static_cast<std::size_t>(group.last)] = k;
-        group.last = k;
-        continue;
-      }
+    if (at >= 0 && join(field, places, groups_[static_cast<std::size_t>(at)], k, largest_loss,
+                        negative_budget)) {
+      continue;
     }
-    groups_.push_back({k, k, place.curvature, place.variance, 0.0, negative});
+    groups_.push_back({k, k, place.curvature, place.variance, 0.0, place.curvature < 0.0});
     leaders_.push_back(place.row);
   }
   // Back in the order of the places, which lie close together in memory.

@@ -13,9 +13,9 @@ namespace gmrf_slap {
 ///
 ///   0 <= E <= loss Sigma,  loss = sum |d_k| (a_k - a) Sigma (a_k - a)^T:
 ///
-/// whatever is asked of the field, its variance is off by at most this share of itself. Losses of
-/// groups add up to such a bound for all of them (in fact their directions differ and the largest
-/// counts: `test_place_groups`). sum |d_k| a_k Sigma a_k^T is the same for the whole update.
+/// whatever is asked of the field, its variance is off by at most this share of what it was before
+/// the measurement. Losses of groups add up to a bound for all of them; since their directions
+/// differ, all together are off by two to four times the largest loss (see test_place_groups).
 class PlaceGroups {
  public:
   struct Place {
@@ -25,8 +25,8 @@ class PlaceGroups {
   };
 
   /// Heaviest first: a place joins the group whose first place it differs from least if the group's
-  /// loss stays within `largest_loss`. Groups of negative curvature in sum lose at most
-  /// `negative_budget`: they make Sigma' smaller, which has to stay positive. Covariances are asked
+  /// loss stays within `largest_loss`. Groups of negative curvature lose at most `negative_budget`
+  /// in sum: that loss makes Sigma' smaller, which has to stay positive. Covariances are asked
   /// of `field`. O(places groups).
   void build(const GaussianField& field, const std::vector<Place>& places, double largest_loss,
              double negative_budget);
@@ -35,7 +35,7 @@ class PlaceGroups {
   const std::vector<int>& order() const { return order_; }
   const std::vector<bool>& starts() const { return starts_; }
   int size() const { return static_cast<int>(groups_.size()); }
-  /// Of the last build, and the same share of all places' information.
+  /// Sums over the groups of the last build.
   double positive_loss() const { return positive_loss_; }
   double negative_loss() const { return negative_loss_; }
 
@@ -45,8 +45,12 @@ class PlaceGroups {
     double curvature, variance, loss;
     bool negative;
   };
-  /// -1: none is alike.
+  /// -1: none of its sign.
   int closest(const GaussianField& field, const std::vector<Place>& places, const Place& place);
+  /// false: it does not fit.
+  bool join(const GaussianField& field, const std::vector<Place>& places, Group& group, int k,
+            double largest_loss, double negative_budget);
+  /// a Sigma a_k^T of a group's mean row and a place.
   double covariance_with(const GaussianField& field, const std::vector<Place>& places,
                          const Group& group, const Place& place) const;
 

@@ -17,7 +17,8 @@ struct Thrift {
 /// What it left out.
 struct LeftOut {
   double mass = 0.0;
-  /// Share of the information, the sum over places of w a Sigma a^T (1/s - g^2) in size.
+  /// Loss of the groups in sum, as a share of all that the measurement says about the covariance:
+  /// the sum over places of |w (1/s - g^2)| a Sigma a^T.
   double information = 0.0;
 };
 
@@ -31,9 +32,9 @@ class PlaceMixture {
   /// there is no field outside of the grid.
   void add(const SiteRow& row, double weight, double residual);
   /// Conditions `field` on the measurement. Weights are normalized; the lightest places are left
-  /// out as long as together they hold at most `prune_mass`; groups are made of the rest. Sigma'
-  /// stays above half of the smallest noise/s Sigma. O(places (log places + groups)) and
-  /// field.condition().
+  /// out as long as together they hold at most `prune_mass`; groups are made of the rest, which
+  /// changes neither the mean nor, however little noise there is, that Sigma' is positive.
+  /// O(places (log places + groups)) and field.condition().
   LeftOut condition(GaussianField& field, double noise, const Thrift& thrift);
 
  private:

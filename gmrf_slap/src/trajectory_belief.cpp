@@ -23,7 +23,7 @@ TrajectoryBelief::TrajectoryBelief(const GmrfSlapParams& params, const FieldBank
       sites_(fields.lattice().sites()),
       resample_threshold_(params.resample_threshold),
       noise_scale_(params.likelihood_noise_scale * params.likelihood_noise_scale),
-      thrift_{params.prune_mass, params.merge_loss},
+      prune_mass_(params.prune_mass),
       motion_(params.odometry_noise),
       random_(seed),
       poses_(count_),
@@ -186,7 +186,7 @@ void TrajectoryBelief::merge_oldest(FieldBank& fields, int field, int entry) con
                    process.residual(entry));
     }
     mixture_.condition(*mixture.given[static_cast<std::size_t>(l)], tracks_[0][f].noise(entry),
-                       thrift_);
+                       {prune_mass_, 0.0});
   }
 }
 

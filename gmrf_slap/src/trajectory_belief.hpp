@@ -63,8 +63,7 @@ class TrajectoryBelief final : public RobotBelief {
 
   std::size_t count_;
   int lag_, sites_;
-  double resample_threshold_, noise_scale_;
-  Thrift thrift_;
+  double resample_threshold_, noise_scale_, prune_mass_;
   field_core::OdometryMotionModel motion_;
   field_core::Random random_;
   std::vector<field_core::SE2> poses_;

@@ -23,8 +23,7 @@ struct World {
     std::vector<PlaceGroups::Place> out;
     for (int k = 0; k < count; ++k) {
       PlaceGroups::Place place;
-      place.row =
-          lattice.row({random.uniform(0.0, 8.0), random.uniform(0.0, 8.0)}, interpolation);
+      place.row = lattice.row({random.uniform(0.0, 8.0), random.uniform(0.0, 8.0)}, interpolation);
       place.curvature = std::exp(random.uniform(-6.0, 0.0)) * (k % 3 == 0 ? -0.1 : 0.1);
       const Eigen::VectorXd a = test::dense_row(place.row, 81);
       place.variance = a.dot(sigma * a);
@@ -61,8 +60,7 @@ Errors errors_of(const World& world, const std::vector<PlaceGroups::Place>& plac
       EXPECT_GT(place.curvature * sum, 0.0);
       const Eigen::VectorXd d = test::dense_row(place.row, 81) - mean;
       loss += std::abs(place.curvature) * d.dot(world.sigma * d);
-      (sum > 0.0 ? out.positive : out.negative) +=
-          std::abs(place.curvature) * d * d.transpose();
+      (sum > 0.0 ? out.positive : out.negative) += std::abs(place.curvature) * d * d.transpose();
     }
     (sum > 0.0 ? out.positive_loss : out.negative_loss) += loss;
     out.largest_loss = std::max(out.largest_loss, loss);

@@ -181,8 +181,8 @@ struct GmrfSlapParams : field_core::MotionParams {
     v.number("prune_mass", prune_mass, {0.0, 0.1}, "1",
              "posterior mass of candidates that may be left out of the field's update");
     v.number("merge_loss", merge_loss, {0.0, 0.1}, "1",
-             "similar candidates enter the field's covariance as one if no variance changes by more "
-             "than this share; 0: each on its own");
+             "lattice, gaussian: similar candidates enter the field's covariance together, each "
+             "group for at most this share of any variance; 0: each on its own, exact");
     v.number("memory_limit", memory_limit, {1, 1000000}, "MB",
              "a configuration that needs more is refused");
     visit_odometry_noise(v);
