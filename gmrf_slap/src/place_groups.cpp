@@ -5,6 +5,11 @@
 #include <limits>
 
 namespace gmrf_slap {
+namespace {
+// Fields are symmetric on a lattice: what differs by less than this is equal but for rounding, and
+// must not group differently in another engine or on another processor.
+constexpr double kEqual = 1e-6;
+}  // namespace
 
 int PlaceGroups::closest(const GaussianField& field, const std::vector<Place>& places,
                          const Place& place) {
@@ -15,7 +20,7 @@ int PlaceGroups::closest(const GaussianField& field, const std::vector<Place>& p
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const double distance =
         places[static_cast<std::size_t>(groups_[g].first)].variance - 2.0 * covariance_[g];
-    if (distance < least && groups_[g].negative == negative) {
+    if (distance < least - kEqual * place.variance && groups_[g].negative == negative) {
       least = distance;
       best = static_cast<int>(g);
     }
@@ -57,6 +62,22 @@ bool PlaceGroups::join(const GaussianField& field, const std::vector<Place>& pla
   return true;
 }
 
+/// Heaviest first, equal ones as they come.
+void PlaceGroups::sort_by_weight(const std::vector<Place>& places) {
+  order_.resize(places.size());
+  weights_.resize(places.size());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const double weight = std::abs(places[k].curvature) * std::max(places[k].variance, 0.0);
+    order_[k] = static_cast<int>(k);
+    weights_[k] = std::round(std::log(weight) / kEqual);
+  }
+  std::sort(order_.begin(), order_.end(), [this](int a, int b) {
+    const double of_a = weights_[static_cast<std::size_t>(a)];
+    const double of_b = weights_[static_cast<std::size_t>(b)];
+    return of_a != of_b ? of_a > of_b : a < b;
+  });
+}
+
 void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& places,
                         double largest_loss, double negative_budget) {
   const std::size_t count = places.size();
@@ -65,14 +86,7 @@ void PlaceGroups::build(const GaussianField& field, const std::vector<Place>& pl
   next_.assign(count, -1);
   covariance_.resize(std::max(covariance_.size(), count));
   positive_loss_ = negative_loss_ = 0.0;
-  order_.resize(count);
-  for (std::size_t k = 0; k < count; ++k) order_[k] = static_cast<int>(k);
-  const auto weight = [&](int k) {
-    const Place& place = places[static_cast<std::size_t>(k)];
-    return std::abs(place.curvature) * place.variance;
-  };
-  std::sort(order_.begin(), order_.end(),
-            [&](int a, int b) { return weight(a) != weight(b) ? weight(a) > weight(b) : a < b; });
+  sort_by_weight(places);
   for (const int k : order_) {
     const Place& place = places[static_cast<std::size_t>(k)];
     const int at = closest(field, places, place);

@@ -45,6 +45,7 @@ class PlaceGroups {
     double curvature, variance, loss;
     bool negative;
   };
+  void sort_by_weight(const std::vector<Place>& places);
   /// -1: none of its sign.
   int closest(const GaussianField& field, const std::vector<Place>& places, const Place& place);
   /// false: it does not fit.
@@ -58,7 +59,7 @@ class PlaceGroups {
   std::vector<SiteRow> leaders_;
   std::vector<int> order_, next_;
   std::vector<bool> starts_;
-  std::vector<double> covariance_;
+  std::vector<double> covariance_, weights_;
   double positive_loss_ = 0.0, negative_loss_ = 0.0;
 };
 

@@ -82,4 +82,27 @@ TEST(LeftOut, AnUnlikelyThetaComesBack) {
   EXPECT_LT(grouped.information, 1.0);
 }
 
+TEST(LeftOut, GroupsAreTheSameForDenseAndSparse) {
+  GmrfSlapParams p = two_scales(GmrfSlapParams().merge_loss);
+  Slap dense(p, 1);
+  p.engine = Engine::sparse;
+  Slap sparse(p, 1);
+  auto sample = test::sample_of({{0, 0.0, 0.0}});
+  for (int t = 0; t < 8; ++t) {
+    sample.readings[0].value = 0.2 * std::sin(0.5 * t);
+    for (Slap* slap : {&dense, &sparse}) {
+      slap->displace(0, {t < 4 ? 1.0 : -1.0, 0.3}, 0.5 * Eigen::Matrix2d::Identity());
+      slap->observe_position(0, {7.0, 7.0});
+      EXPECT_TRUE(slap->update(0, sample).applied);
+    }
+    EXPECT_GT(dense.left_out_information(0), 0.0);
+    EXPECT_NEAR(dense.left_out_information(0), sparse.left_out_information(0), 1e-8);
+  }
+  for (std::size_t l = 0; l < 2; ++l) {
+    const auto &a = *dense.bank().fields()[0].given[l], &b = *sparse.bank().fields()[0].given[l];
+    EXPECT_LT((a.mean() - b.mean()).cwiseAbs().maxCoeff(), 1e-8);
+    EXPECT_LT((a.variances() - b.variances()).cwiseAbs().maxCoeff(), 1e-8);
+  }
+}
+
 }  // namespace
