@@ -1,7 +1,7 @@
 // The paper's section III over several seeds, one CSV line per seed and case.
 //   gmrf_slap_simulation [key=value ...]
 // Keys: seeds, first_seed, side, steps, robots, particles, lag, known_start, sigma_e, score_every,
-// prune_mass, belief=trajectories|lattice|gaussian, engine=dense|sparse|local, cases=123,
+// prune_mass, merge_loss, belief=trajectories|lattice|gaussian, engine=dense|sparse|local, cases=123,
 // field=FILE (a CSV with a column `value`, one row per site: a real field on a bounded grid),
 // dump=PREFIX (writes PREFIX<case>_field.csv and PREFIX<case>_path.csv of the first seed)
 #include <cstdio>
@@ -95,6 +95,7 @@ int run(const Options& options) {
   base.particles = number(options, "particles", base.particles);
   base.lag = number(options, "lag", base.lag);
   if (options.count("prune_mass")) base.prune_mass = std::stod(options.at("prune_mass"));
+  if (options.count("merge_loss")) base.merge_loss = std::stod(options.at("merge_loss"));
   settings.score_every = number(options, "score_every", 1);
   if (options.count("field")) {
     settings.field = field_of(options.at("field"), settings.side);

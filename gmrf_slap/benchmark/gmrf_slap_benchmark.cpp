@@ -84,17 +84,19 @@ double cpu_milliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLO
 /// The mean step is the benchmark's time; the worst one and what was weighed are counters.
 void run_steps(benchmark::State& state, const Slap& slap, Robot& robot) {
   for (int t = 0; t < 15; ++t) robot.step();
-  double candidates = 0.0, left_out = 0.0, worst = 0.0;
+  double candidates = 0.0, left_out = 0.0, information = 0.0, worst = 0.0;
   for (auto _ : state) {
     const double begin = cpu_milliseconds();
     robot.step();
     worst = std::max(worst, cpu_milliseconds() - begin);
     candidates += static_cast<double>(slap.belief(0).particles.size());
     left_out += slap.left_out_mass(0);
+    information += slap.left_out_information(0);
   }
   const auto steps = static_cast<double>(state.iterations());
   state.counters["candidates"] = candidates / steps;
   state.counters["left_out"] = left_out / steps;
+  state.counters["information"] = information / steps;
   state.counters["worst_ms"] = worst;
   std::size_t bytes = 0;
   for (const auto& given : slap.bank().fields()[0].given) bytes += given->memory_bytes();
@@ -149,21 +151,22 @@ BENCHMARK(same_drive)
     ->Iterations(60)
     ->Unit(benchmark::kMillisecond);
 
-/// 300 candidates offered, and the mass that may be left out in thousandths of a percent.
+/// 300 candidates offered: prune_mass and merge_loss in millionths (100 and 300 by default) and the
+/// vector width, 1: AVX2, 2: AVX-512.
 void offered_300(benchmark::State& state) {
   GmrfSlapParams params = paper(31, Engine::dense, PositionBelief::lattice);
-  params.prune_mass = 1e-5 * static_cast<double>(state.range(0));
+  params.prune_mass = 1e-6 * static_cast<double>(state.range(0));
+  params.merge_loss = 1e-6 * static_cast<double>(state.range(1));
+  use_vector_width(static_cast<VectorWidth>(state.range(2)));
   Slap slap(params, 1);
   Robot robot(slap, 6.0, 1.1);
   run_steps(state, slap, robot);
+  use_vector_width(VectorWidth::avx512);
 }
 BENCHMARK(offered_300)
-    ->ArgName("prune")
-    ->Arg(0)
-    ->Arg(10)
-    ->Arg(100)
-    ->Arg(1000)
-    ->Arg(5000)
+    ->ArgNames({"prune", "merge", "width"})
+    ->ArgsProduct({{100}, {0, 100, 300, 1000}, {1, 2}})
+    ->ArgsProduct({{1000, 10000, 50000}, {0}, {1, 2}})
     ->Iterations(60)
     ->Unit(benchmark::kMillisecond);
 

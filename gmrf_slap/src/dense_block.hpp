@@ -32,13 +32,22 @@ class DenseBlock {
   }
 
  private:
-  void gather_panel(int panel, const MixtureUpdate& update, int columns, double* out) const;
+  double column_dot(int i, const SiteRow& row) const {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(row.count); ++j) {
+      sum += row.weight[j] * at(i, row.site[j]);
+    }
+    return sum;
+  }
+  const double* sigma_rows(int i0, int column, double* buffer) const;
+  void gather_panel(int panel, const MixtureUpdate& update, double* out, double* m) const;
+  void take_shares(const MixtureUpdate& update);
 
   int n_ = 0;
   Eigen::VectorXd mean_;
   Eigen::MatrixXd sigma_;
   // Kept between steps so that a step allocates nothing.
-  std::vector<double> panels_, scratch_, coefficients_;
+  std::vector<double> panels_, scratch_, coefficients_, shares_;
 };
 
 }  // namespace gmrf_slap

@@ -23,8 +23,8 @@ LatticeBelief::LatticeBelief(const GmrfSlapParams& params, const FieldBank& fiel
     : lattice_(fields.lattice()),
       collapse_(params.position_belief == PositionBelief::gaussian),
       sigmas_(params.candidate_sigmas),
-      prune_mass_(params.prune_mass),
       noise_scale_(params.likelihood_noise_scale * params.likelihood_noise_scale),
+      thrift_{params.prune_mass, params.merge_loss},
       motion_(params.odometry_noise) {}
 
 void LatticeBelief::set_pose(const SE2& mean, const Eigen::Matrix3d& covariance) {
@@ -184,7 +184,9 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
   }
   if (fields.needs_focus()) fields.focus(sites_of(rows_));
   const UpdateResult result = weigh(fields, observations);
-  left_out_ += assimilate(fields, observations);
+  const LeftOut left_out = assimilate(fields, observations);
+  left_out_ += left_out.mass;
+  left_out_information_ = left_out.information;
   take_moments();
   return result;
 }
@@ -227,8 +229,8 @@ UpdateResult LatticeBelief::weigh(const FieldBank& fields,
   return result;
 }
 
-double LatticeBelief::assimilate(FieldBank& fields, const std::vector<Observation>& observations) {
-  double pruned = 0.0;
+LeftOut LatticeBelief::assimilate(FieldBank& fields, const std::vector<Observation>& observations) {
+  LeftOut most;
   for (std::size_t o = 0; o < observations.size(); ++o) {
     const Observation& z = observations[o];
     FieldMixture& field = fields.fields()[static_cast<std::size_t>(z.field)];
@@ -240,11 +242,13 @@ double LatticeBelief::assimilate(FieldBank& fields, const std::vector<Observatio
                      z.value - field.prior_mean(sites_[k]));
       }
       GaussianField& given = *field.given[static_cast<std::size_t>(l)];
-      pruned = std::max(pruned, mixture_.condition(given, z.noise, prune_mass_));
+      const LeftOut out = mixture_.condition(given, z.noise, thrift_);
+      most.mass = std::max(most.mass, out.mass);
+      most.information = std::max(most.information, out.information);
     }
   }
   fields.changed();
-  return pruned;
+  return most;
 }
 
 void LatticeBelief::take_moments() {

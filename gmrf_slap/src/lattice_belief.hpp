@@ -37,6 +37,7 @@ class LatticeBelief final : public RobotBelief {
     return field.probability;
   }
   double left_out_mass() const override { return left_out_; }
+  double left_out_information() const override { return left_out_information_; }
   void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) override;
   void scatter(const FieldBank& fields) override;
   void save(field_core::State& state, const std::string& prefix) const override;
@@ -62,14 +63,15 @@ class LatticeBelief final : public RobotBelief {
   /// hyperparameters, in joint_.
   field_core::UpdateResult weigh(const FieldBank& fields,
                                  const std::vector<Observation>& observations);
-  /// Eq. (15)-(17). Returns the mass left out.
-  double assimilate(FieldBank& fields, const std::vector<Observation>& observations);
+  /// Eq. (15)-(17). Returns what was left out, each the most of any field and theta.
+  LeftOut assimilate(FieldBank& fields, const std::vector<Observation>& observations);
   double prior_density(const Eigen::Vector2d& site, const Eigen::Matrix2d& information) const;
   void take_moments();
 
   Lattice lattice_;
   bool collapse_;
-  double sigmas_, prune_mass_, noise_scale_;
+  double sigmas_, noise_scale_;
+  Thrift thrift_;
   field_core::OdometryMotionModel motion_;
   Eigen::Vector2d mean_ = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();
@@ -79,7 +81,7 @@ class LatticeBelief final : public RobotBelief {
   Eigen::VectorXd weights_;              ///< empty: the Gaussian alone is known
   Eigen::Matrix2d moved_noise_ = Eigen::Matrix2d::Zero();  ///< since the candidates were chosen
   bool moved_ = true;
-  double left_out_ = 0.0;
+  double left_out_ = 0.0, left_out_information_ = 0.0;
   // Kept between steps.
   std::vector<Eigen::Vector2d> sites_;
   std::vector<SiteRow> rows_;

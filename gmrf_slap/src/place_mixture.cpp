@@ -1,6 +1,7 @@
 #include "place_mixture.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gmrf_slap {
 namespace {
@@ -67,26 +68,47 @@ double PlaceMixture::prune(double mass) {
   return removed;
 }
 
-double PlaceMixture::condition(GaussianField& field, double noise, double prune_mass) {
+double PlaceMixture::group(const GaussianField& field, double total, double noise,
+                           double merge_loss) {
+  pieces_.resize(places_.size());
+  double information = 0.0, clearest = 1.0;
+  for (std::size_t k = 0; k < places_.size(); ++k) {
+    const double s = variance_[k] + noise, g = (places_[k].residual - mean_[k]) / s;
+    pieces_[k] = {places_[k].row, places_[k].weight / total * (1.0 / s - g * g), variance_[k]};
+    information += std::abs(pieces_[k].curvature) * variance_[k];
+    clearest = std::min(clearest, noise / s);
+  }
+  // Sigma' >= min noise/s Sigma: groups that make it smaller may take half of that.
+  groups_.build(field, pieces_, merge_loss, 0.5 * clearest);
+  const double lost = groups_.positive_loss() + groups_.negative_loss();
+  return lost > 0.0 ? lost / information : 0.0;
+}
+
+LeftOut PlaceMixture::condition(GaussianField& field, double noise, const Thrift& thrift) {
   join();
-  if (places_.empty()) return 0.0;
+  LeftOut out;
+  if (places_.empty()) return out;
   double total = 0.0;
   for (const Place& place : places_) total += place.weight;
-  const double left_out = prune(prune_mass * total);
-  const double kept = total - left_out;
+  const double pruned = prune(thrift.prune_mass * total);
+  const double kept = total - pruned;
   const std::size_t count = places_.size();
   rows_.resize(std::max(rows_.size(), count));
   mean_.resize(rows_.size());
   variance_.resize(rows_.size());
   for (std::size_t k = 0; k < count; ++k) rows_[k] = places_[k].row;
   field.predict(rows_.data(), static_cast<int>(count), mean_.data(), variance_.data());
+  const bool grouped = thrift.merge_loss > 0.0 && count > 1;
+  if (grouped) out.information = group(field, kept, noise, thrift.merge_loss);
   update_.clear(static_cast<int>(count));
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = grouped ? static_cast<std::size_t>(groups_.order()[i]) : i;
     update_.add(rows_[k], places_[k].weight / kept, places_[k].residual - mean_[k],
-                variance_[k] + noise);
+                variance_[k] + noise, grouped && !groups_.starts()[i]);
   }
   field.condition(update_);
-  return left_out / total;
+  out.mass = pruned / total;
+  return out;
 }
 
 }  // namespace gmrf_slap

@@ -186,7 +186,7 @@ void TrajectoryBelief::merge_oldest(FieldBank& fields, int field, int entry) con
                    process.residual(entry));
     }
     mixture_.condition(*mixture.given[static_cast<std::size_t>(l)], tracks_[0][f].noise(entry),
-                       prune_mass_);
+                       {prune_mass_, 0.0});
   }
 }
 

@@ -101,7 +101,7 @@ Differences compare(PositionBelief belief, int steps, std::uint64_t seed) {
   params.measurement_stddev = std::sqrt(kNoise);
   params.position_stddev = std::sqrt(kFix);
   params.candidate_sigmas = 10.0;  // all sites
-  params.prune_mass = 0.0;
+  params.prune_mass = params.merge_loss = 0.0;
   params.initial_pose_x = params.initial_pose_y = 2.0;
   params.initial_cov_xx = params.initial_cov_yy = 1.5;
   const Lattice lattice({0.0, 0.0}, 1.0, 5, 5, true);

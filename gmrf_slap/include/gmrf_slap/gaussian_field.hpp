@@ -24,15 +24,22 @@
 namespace gmrf_slap {
 
 /// Places of one measurement with what each contributes; `size` of the arrays are in use.
+///
+/// Places in a row may be joined to a group, all their curvatures of one sign: what they add up to,
+/// sum_k d_k c_k c_k^T, then enters Sigma' as D c c^T, D = sum_k d_k, c = sum_k d_k c_k / D. mean'
+/// and m are as without groups.
 struct MixtureUpdate {
   int size = 0;
+  int groups = 0;
   std::vector<SiteRow> rows;
   Eigen::VectorXd curvature;  ///< w (1/s - g^2) [1/field unit^2]
   Eigen::VectorXd gain;       ///< w g [1/field unit]
+  std::vector<int> first;     ///< place of each group, and `size` at the end
 
   void clear(int capacity);
-  /// Appends a place of weight w whose predicted measurement has mean mu and variance s.
-  void add(const SiteRow& row, double w, double residual, double s);
+  /// Appends a place of weight w whose predicted measurement has variance s; to the last group or
+  /// to one of its own.
+  void add(const SiteRow& row, double w, double residual, double s, bool joined = false);
 };
 
 /// Values are deviations from the field's prior mean. [field unit]

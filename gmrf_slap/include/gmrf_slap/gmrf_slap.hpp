@@ -45,6 +45,7 @@ class GmrfSlap {
   static std::vector<std::string> run_parameters() {
     return {"resample_threshold", "likelihood_noise_scale",
             "candidate_sigmas",   "prune_mass",
+            "merge_loss",
             "memory_limit",       "position_stddev",
             "robot_models",       "odom_alpha1",
             "odom_alpha2",        "odom_alpha3",

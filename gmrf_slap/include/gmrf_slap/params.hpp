@@ -140,6 +140,7 @@ struct GmrfSlapParams : field_core::MotionParams {
   double likelihood_noise_scale = 1.0;
   double candidate_sigmas = 4.0;
   double prune_mass = 1e-4;
+  double merge_loss = 3e-4;
   int memory_limit = 4000;
 
   template <class Visitor>
@@ -179,6 +180,9 @@ struct GmrfSlapParams : field_core::MotionParams {
              "lattice, gaussian: candidate sites lie within this many standard deviations");
     v.number("prune_mass", prune_mass, {0.0, 0.1}, "1",
              "posterior mass of candidates that may be left out of the field's update");
+    v.number("merge_loss", merge_loss, {0.0, 0.1}, "1",
+             "lattice, gaussian: similar candidates enter the field's covariance together, each "
+             "group for at most this share of any variance; 0: each on its own, exact");
     v.number("memory_limit", memory_limit, {1, 1000000}, "MB",
              "a configuration that needs more is refused");
     visit_odometry_noise(v);

@@ -38,6 +38,9 @@ class RobotBelief {
   virtual Eigen::VectorXd theta_posterior(const FieldMixture& field, std::size_t index) const = 0;
   /// Share of the posterior mass that the last update left out.
   virtual double left_out_mass() const = 0;
+  /// Share of the information in the last measurement that groups of candidates left out of the
+  /// covariances (PlaceGroups), the most of any field and theta.
+  virtual double left_out_information() const { return 0.0; }
 
   virtual void set_pose(const field_core::SE2& mean, const Eigen::Matrix3d& covariance) = 0;
   /// Anywhere on the grid, any yaw.
