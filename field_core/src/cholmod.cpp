@@ -2,12 +2,12 @@
 
 #include <cholmod.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "corner_inverse.hpp"
 #include "field_core/errors.hpp"
 #include "selected_inverse.hpp"
 
@@ -52,31 +52,6 @@ void check_input(const Eigen::SparseMatrix<double>& m) {
       }
     }
   }
-}
-
-}  // namespace
-
-namespace {
-
-/// Lower triangle of (L L^T)^-1. Block columns keep away from the zeros of L^-1: a third of the
-/// work.
-Eigen::MatrixXd inverse_from_factor(const Eigen::MatrixXd& l) {
-  constexpr Eigen::Index kBlock = 48;
-  const Eigen::Index n = l.rows();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n), inverse(n, n);
-  for (Eigen::Index j = 0; j < n; j += kBlock) {
-    auto columns = root.block(j, j, n - j, std::min(kBlock, n - j));
-    l.bottomRightCorner(n - j, n - j).triangularView<Eigen::Lower>().solveInPlace(columns);
-  }
-  for (Eigen::Index i = 0; i < n; i += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, n - i);
-    for (Eigen::Index j = 0; j <= i; j += kBlock) {
-      const Eigen::Index columns = std::min(kBlock, n - j);
-      inverse.block(i, j, rows, columns).noalias() =
-          root.block(i, i, n - i, rows).transpose() * root.block(i, j, n - i, columns);
-    }
-  }
-  return inverse;
 }
 
 }  // namespace
@@ -248,25 +223,18 @@ Eigen::MatrixXd SparseCholesky::block_covariance() const {
   const FactorColumns columns = columns_of(*impl_->factor);
   const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
   const int first = columns.n - static_cast<int>(size);
-  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(size, size);
-  for (int j = first; j < columns.n; ++j) {
-    for (int p = columns.start[j]; p < columns.start[j + 1]; ++p) {
-      corner(columns.row[p] - first, j - first) = columns.value[p];
-    }
-  }
-  const Eigen::MatrixXd inverse = inverse_from_factor(corner);
+  const Eigen::MatrixXd inverse = corner_inverse(columns, first);
   std::vector<Eigen::Index> place(static_cast<std::size_t>(columns.n));
   for (Eigen::Index k = 0; k < size; ++k) {
     place[static_cast<std::size_t>(permutation[first + k])] = k;
   }
-  const std::vector<int>& block = impl_->block;
+  std::vector<Eigen::Index> from;
+  for (const int k : impl_->block) from.push_back(place[static_cast<std::size_t>(k)]);
   Eigen::MatrixXd covariance(size, size);
-  for (Eigen::Index a = 0; a < size; ++a) {
-    for (Eigen::Index b = 0; b < size; ++b) {
-      const Eigen::Index i = place[static_cast<std::size_t>(block[static_cast<std::size_t>(a)])];
-      const Eigen::Index j = place[static_cast<std::size_t>(block[static_cast<std::size_t>(b)])];
-      covariance(a, b) = inverse(std::max(i, j), std::min(i, j));
-    }
+  for (Eigen::Index b = 0; b < size; ++b) {
+    const double* column = inverse.col(from[static_cast<std::size_t>(b)]).data();
+    double* to = covariance.col(b).data();
+    for (Eigen::Index a = 0; a < size; ++a) to[a] = column[from[static_cast<std::size_t>(a)]];
   }
   return covariance;
 }

@@ -35,8 +35,8 @@ class SparseCholesky {
   /// as a lower triangle in the original order; as inverse_diagonal().
   Eigen::SparseMatrix<double> selected_inverse() const;
   /// Covariance of the variables that factorize() was asked to keep for last, in the order of
-  /// `block`: their rows and columns of the whole inverse, from the dense corner of the factor
-  /// alone. O(block^3). @throws NumericalError if there is no such block
+  /// `block`: their rows and columns of the whole inverse, from the last columns of the factor
+  /// alone. O(block^2 x entries of such a column). @throws NumericalError if there is no such block
   Eigen::MatrixXd block_covariance() const;
   Eigen::Index size() const;
   std::size_t analyses() const;  ///< how often the pattern was analysed
