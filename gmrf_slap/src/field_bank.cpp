@@ -141,10 +141,10 @@ void FieldBank::reset() {
   changed();
 }
 
-void FieldBank::focus(const std::vector<int>& sites) {
+void FieldBank::focus(const std::vector<int>& sites, const std::vector<int>& ahead) {
   bool moved = false;
   for (FieldMixture& field : fields_) {
-    for (const auto& given : field.given) moved = given->focus(sites) || moved;
+    for (const auto& given : field.given) moved = given->focus(sites, ahead) || moved;
   }
   if (moved) changed();
 }
@@ -167,7 +167,10 @@ void FieldBank::assimilate(const Observation& z, const Eigen::Vector2d& place) {
   if (at.count == 0) return;
   FieldMixture& field = fields_[static_cast<std::size_t>(z.field)];
   const double residual = z.value - field.prior_mean(place);
-  if (needs_focus()) focus({at.site.begin(), at.site.begin() + at.count});
+  if (needs_focus()) {
+    const std::vector<int> sites(at.site.begin(), at.site.begin() + at.count);
+    focus(sites, sites);
+  }
   Eigen::VectorXd logs = field.probability.array().log();
   MixtureUpdate update;
   update.clear(1);

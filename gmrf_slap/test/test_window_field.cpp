@@ -48,7 +48,7 @@ Places places_at(const Lattice& lattice, int step, int count, field_core::Random
 }
 
 void condition(GaussianField& field, const Places& places) {
-  field.focus(sites_of(places.rows));
+  field.focus(sites_of(places.rows), sites_of(places.rows));
   const int count = static_cast<int>(places.rows.size());
   std::vector<double> mean(places.rows.size()), variance(mean);
   field.predict(places.rows.data(), count, mean.data(), variance.data());
@@ -186,7 +186,7 @@ TEST(WindowField, SaysWhatIsMissing) {
   std::vector<int> everywhere;
   for (int s = 0; s < 900; ++s) everywhere.push_back(s);
   try {
-    field->focus(everywhere);
+    field->focus(everywhere, everywhere);
     FAIL();
   } catch (const field_core::NumericalError& e) {
     EXPECT_NE(std::string(e.what()).find("shorten lag"), std::string::npos);
