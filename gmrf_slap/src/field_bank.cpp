@@ -50,6 +50,8 @@ constexpr double kHaloBandwidths = 3.5;
 constexpr double kLargestHalo = 16.0;
 /// A window of the sparse engine costs more to take than to carry: larger ones are left less often.
 constexpr int kSparseMargin = 6;
+/// Up to here a window of the whole grid costs less than to take another one every few steps.
+constexpr int kGrowUpTo = 1000;
 
 std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSlapParams& params,
                                            const Theta& theta,
@@ -57,6 +59,7 @@ std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSla
   if (params.engine == Engine::dense) return make_dense_field(precision);
   WindowSettings settings;
   settings.memory = static_cast<int>(params.robots.size());
+  settings.grow_up_to = kGrowUpTo;
   if (params.engine == Engine::local) {
     const double bandwidth = std::sqrt(2.0 / theta.alpha);
     settings.halo =

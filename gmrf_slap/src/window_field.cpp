@@ -160,9 +160,14 @@ void WindowField::choose_sites() {
     asked.insert(asked.end(), focus.sites.begin(), focus.sites.end());
     ahead.insert(ahead.end(), focus.ahead.begin(), focus.ahead.end());
   }
+  const std::vector<int> before = window_.sites();
   window_.clear();
   insert_around(lattice_, ahead, settings_.margin, window_);
   for (const int s : asked) window_.insert(s);
+  if (sites() <= settings_.grow_up_to) {
+    for (const int s : before) window_.insert(s);
+    asked = window_.sites();
+  }
   if (window_.size() > settings_.largest_window) {
     throw field_core::NumericalError(
         "the robots' possible positions spread over " + std::to_string(window_.size()) +

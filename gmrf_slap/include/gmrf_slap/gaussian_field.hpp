@@ -98,9 +98,10 @@ std::size_t window_field_bytes(int sites);
 /// eliminating everything else.
 struct WindowSettings {
   int margin = 4;  ///< the window reaches this many sites beyond those ahead
-  /// Eliminated around what was asked for, beyond the margin; what is further away is held at its last mean. Negative:
-  /// everything, which is exact.
+  /// Eliminated around what was asked for, beyond the margin; what is further away is held at its
+  /// last mean. Negative: everything, which is exact.
   int halo = -1;
+  int grow_up_to = 0;         ///< on grids of at most this many sites windows only grow
   int memory = 1;             ///< calls of focus() that the window serves: robots
   int largest_window = 4000;  ///< [sites]
 };
