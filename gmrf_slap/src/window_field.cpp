@@ -199,7 +199,7 @@ void WindowField::take_window() {
   lower.setFromTriplets(entries.begin(), entries.end());
   std::vector<int> block;
   for (const int s : window_.sites()) block.push_back(patch_.find(s));
-  field_core::SparseCholesky factor;
+  field_core::SparseCholesky factor(field_core::Elimination::supernodal);
   factor.factorize(lower, block);
   const VectorXd mean = factor.solve(rhs);
   for (int k = 0; k < patch_.size(); ++k) {
@@ -224,7 +224,7 @@ const WindowField::Global& WindowField::global() const {
   }
   Sparse lower(sites(), sites());
   lower.setFromTriplets(entries.begin(), entries.end());
-  made->factor = std::make_shared<field_core::SparseCholesky>();
+  made->factor = std::make_shared<field_core::SparseCholesky>(field_core::Elimination::supernodal);
   made->factor->factorize(lower);
   made->mean = made->factor->solve(information_);
   made->inverse = made->factor->selected_inverse();

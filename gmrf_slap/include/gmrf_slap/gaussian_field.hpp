@@ -51,8 +51,8 @@ class GaussianField {
 
   /// The sites that the next calls of predict, covariances and condition name. The engines whose
   /// cost does not grow with the grid have to be told; each call stands for one robot. `ahead`:
-  /// where the robot is, so that the next calls may name sites around it. Returns whether covariances
-  /// may differ from before in the last bits (sparse) or by the approximation (local).
+  /// where the robot is, so that the next calls may name sites around it. Returns whether
+  /// covariances may differ from before in the last bits (sparse) or by the approximation (local).
   virtual bool focus(const std::vector<int>& /*sites*/, const std::vector<int>& /*ahead*/) {
     return false;
   }
