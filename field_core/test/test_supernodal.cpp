@@ -7,6 +7,7 @@
 
 #include "field_core/cholmod.hpp"
 #include "field_core/errors.hpp"
+#include "field_core/positive_inverse.hpp"
 #include "field_core/random.hpp"
 #include "supernodal.hpp"
 #include "support.hpp"
@@ -88,6 +89,20 @@ TEST(Supernodes, NameTheFirstBadPivot) {
     m(bad, bad) = -1.0;
     DenseNodes nodes(m, 12);
     EXPECT_EQ(nodes.factorize(VectorWidth::avx512), bad);
+  }
+}
+
+TEST(PositiveInverse, IsTheInverse) {
+  Random random(9);
+  for (const int n : {1, 5, 40, 130}) {
+    MatrixXd m = random_covariance(n, random);
+    const MatrixXd expected = m.inverse();
+    m.triangularView<Eigen::StrictlyUpper>().setConstant(99.0);
+    const MatrixXd inverse = positive_inverse(m);
+    EXPECT_LT((inverse - expected).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_EQ(inverse, inverse.transpose());
+    m(n / 2, n / 2) = -1.0;
+    EXPECT_EQ(positive_inverse(m).size(), 0);
   }
 }
 

@@ -50,17 +50,21 @@ class SparseRows {
     return {entries + base_->start[static_cast<std::size_t>(i)],
             entries + base_->start[static_cast<std::size_t>(i) + 1]};
   }
-  /// Adds to one entry; the caller adds to its mirror image too. O(row).
-  void add(int i, int j, double value) {
-    std::vector<Entry>& row = own(i);
-    const auto at = std::lower_bound(row.begin(), row.end(), j,
-                                     [](const Entry& e, int c) { return e.column < c; });
-    if (at != row.end() && at->column == j) {
-      at->value += value;
-    } else {
-      row.insert(at, {j, value});
+  /// Adds values[k] at columns[k], ascending; the caller adds to the mirror image too. O(row +
+  /// count).
+  void add(int i, const std::vector<int>& columns, const double* values) {
+    std::vector<Entry>& to = own(i);
+    merged_.clear();
+    auto at = to.cbegin();
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      while (at != to.cend() && at->column < columns[k]) merged_.push_back(*at++);
+      const bool there = at != to.cend() && at->column == columns[k];
+      merged_.push_back({columns[k], there ? at++->value + values[k] : values[k]});
     }
+    merged_.insert(merged_.end(), at, to.cend());
+    to.assign(merged_.begin(), merged_.end());
   }
+  void add(int i, int j, double value) { add(i, std::vector<int>{j}, &value); }
   /// All rows are shared by the copies made from now on. O(entries).
   void compact() {
     Base base;
@@ -107,6 +111,7 @@ class SparseRows {
   std::shared_ptr<const Base> base_;
   std::vector<int> changed_;  // per row: kShared, or its place in own_
   std::vector<std::vector<Entry>> own_;
+  std::vector<Entry> merged_;  // kept between calls
 };
 
 }  // namespace gmrf_slap

@@ -1,11 +1,11 @@
 #include "window_field.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "field_core/errors.hpp"
+#include "field_core/positive_inverse.hpp"
 #include "site_list.hpp"
 
 namespace gmrf_slap {
@@ -17,7 +17,6 @@ using Sparse = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
 Eigen::Index index_of(std::size_t k) { return static_cast<Eigen::Index>(k); }
-std::size_t index_in(Eigen::Index k) { return static_cast<std::size_t>(k); }
 
 /// Adds the sites within `reach` steps along one axis of those that `out` held.
 void widen(const Lattice& lattice, int reach, int dx, int dy, SiteSet& out) {
@@ -94,12 +93,13 @@ bool WindowField::focus(const std::vector<int>& sites, const std::vector<int>& a
   return true;
 }
 
-WindowField::Touched WindowField::touched_by(const MixtureUpdate& local) const {
+WindowField::Touched WindowField::touched_by(const MixtureUpdate& update) const {
   Touched out;
-  for (int k = 0; k < local.size; ++k) {
-    add_sites(local.rows[static_cast<std::size_t>(k)], out.places);
+  for (int k = 0; k < update.size; ++k) {
+    add_sites(update.rows[static_cast<std::size_t>(k)], out.sites);
   }
-  sort_unique(out.places);
+  sort_unique(out.sites);
+  for (const int s : out.sites) out.places.push_back(window_.find(s));
   const Eigen::Index n = index_of(out.places.size());
   out.sigma.resize(n, n);
   out.mean.resize(n);
@@ -112,7 +112,7 @@ void WindowField::look_again(Touched& touched) const {
     const int j = touched.places[static_cast<std::size_t>(b)];
     touched.mean[b] = block_.mean()[j];
     for (Eigen::Index a = b; a < touched.mean.size(); ++a) {
-      touched.sigma(a, b) = block_.sigma()(touched.places[static_cast<std::size_t>(a)], j);
+      touched.sigma(a, b) = block_.at(touched.places[static_cast<std::size_t>(a)], j);
     }
   }
 }
@@ -122,7 +122,7 @@ void WindowField::condition(const MixtureUpdate& update) {
   for (int k = 0; k < update.size; ++k) {
     local.rows[static_cast<std::size_t>(k)] = localized(update.rows[static_cast<std::size_t>(k)]);
   }
-  const Touched before = touched_by(local);
+  const Touched before = touched_by(update);
   block_.condition(local);
   Touched after = before;
   look_again(after);
@@ -132,23 +132,19 @@ void WindowField::condition(const MixtureUpdate& update) {
 
 /// Q += (Sigma'_UU)^-1 - (Sigma_UU)^-1, and the same for Q mean.
 void WindowField::learn(const Touched& before, const Touched& after) {
-  const Eigen::LLT<MatrixXd> factor(after.sigma), factor_before(before.sigma);
-  if (factor.info() != Eigen::Success || factor_before.info() != Eigen::Success) {
+  MatrixXd precision = field_core::positive_inverse(after.sigma);
+  const MatrixXd precision_before = field_core::positive_inverse(before.sigma);
+  if (precision.size() == 0 || precision_before.size() == 0) {
     throw field_core::NumericalError(
         "the covariance of the window is not positive definite; raise "
         "measurement_stddev or alpha");
   }
-  const Eigen::Index n = after.mean.size();
-  const MatrixXd identity = MatrixXd::Identity(n, n);
-  const MatrixXd precision = factor.solve(identity) - factor_before.solve(identity);
-  const VectorXd information = factor.solve(after.mean) - factor_before.solve(before.mean);
-  for (Eigen::Index a = 0; a < n; ++a) {
-    const int site = window_.sites()[static_cast<std::size_t>(after.places[index_in(a)])];
+  const VectorXd information = precision * after.mean - precision_before * before.mean;
+  precision -= precision_before;  // exactly symmetric
+  for (Eigen::Index a = 0; a < information.size(); ++a) {
+    const int site = after.sites[static_cast<std::size_t>(a)];
     information_[site] += information[a];
-    for (Eigen::Index b = 0; b <= a; ++b) {
-      add_both(site, window_.sites()[static_cast<std::size_t>(after.places[index_in(b)])],
-               0.5 * (precision(a, b) + precision(b, a)));
-    }
+    precision_.add(site, after.sites, precision.col(a).data());
   }
 }
 

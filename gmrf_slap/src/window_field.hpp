@@ -82,10 +82,10 @@ class WindowField final : public GaussianField {
   struct Focus {
     std::vector<int> sites, ahead;
   };
-  /// Sites that a measurement touched, as places in the window, and their marginal around it.
+  /// Sites that a measurement touched, ascending, and their marginal before or after it.
   struct Touched {
-    std::vector<int> places;
-    Eigen::MatrixXd sigma;  // lower triangle
+    std::vector<int> sites, places;  // of the grid, in the window
+    Eigen::MatrixXd sigma;           // lower triangle
     Eigen::VectorXd mean;
   };
 
@@ -96,7 +96,7 @@ class WindowField final : public GaussianField {
   SiteRow localized(const SiteRow& row) const;
   void localize(const SiteRow* rows, int count) const;
   bool covers(const std::vector<int>& sites) const;
-  Touched touched_by(const MixtureUpdate& local) const;
+  Touched touched_by(const MixtureUpdate& update) const;
   void look_again(Touched& touched) const;
   void learn(const Touched& before, const Touched& after);
   void choose_sites();
