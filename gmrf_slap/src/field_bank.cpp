@@ -44,12 +44,11 @@ FieldMixture make_field(const Lattice& lattice, const GmrfSlapParams& params,
 }
 
 /// Bandwidths that the local engine eliminates around its window, and the most sites that is.
-/// At 3.75 bandwidths means are off by 0.01 standard deviations and variances by 0.2 %
-/// (test_window_field).
+/// gmrf_slap_benchmark --benchmark_filter=local_error measures what that leaves out.
 constexpr double kHaloBandwidths = 3.5;
-constexpr double kLargestHalo = 16.0;
-/// A window of the sparse engine costs more to take than to carry: larger ones are left less often.
-constexpr int kSparseMargin = 6;
+constexpr double kLargestHalo = 50.0;
+/// Windows cost about as much to take as to carry for some steps; those of the sparse engine more.
+constexpr int kLocalMargin = 6, kSparseMargin = 8;
 /// Up to here a window of the whole grid costs less than to take another one every few steps.
 constexpr int kGrowUpTo = 1000;
 
@@ -64,6 +63,7 @@ std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSla
     const double bandwidth = std::sqrt(2.0 / theta.alpha);
     settings.halo =
         static_cast<int>(std::min(std::ceil(kHaloBandwidths * bandwidth), kLargestHalo));
+    settings.margin = kLocalMargin;
   } else {
     settings.margin = kSparseMargin;
   }
