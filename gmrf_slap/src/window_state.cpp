@@ -37,6 +37,12 @@ void WindowField::save(field_core::State& state, const std::string& prefix) cons
 }
 
 void WindowField::restore(const field_core::State& state, const std::string& prefix) {
+  // Earlier versions kept what a window had learned apart from the precision matrix.
+  if (state.numbers().count(prefix + "pairs")) {
+    throw field_core::DataError(
+        "the state of an earlier version of the sparse and local engines "
+        "cannot be continued; map anew");
+  }
   const auto as_sites = [&](const std::string& name) {
     std::vector<int> out;
     const MatrixXd& m = state.matrix(prefix + name);
