@@ -31,8 +31,8 @@ void condition(GaussianField& field, const std::vector<SiteRow>& rows, double z,
   field.condition(update);
 }
 
-/// A drive in a spiral with eight meters between its turns over a field of variance 1, so that the way
-/// comes by what it has seen before. Arguments: bandwidth in tenths of a site, halo in sites.
+/// A drive in a spiral with eight meters between its turns over a field of variance 1, so that the
+/// way comes by what it has seen before. Arguments: bandwidth in tenths of a site, halo in sites.
 /// Errors are those of what the filter uses, predictions around the robot: of the mean in exact
 /// standard deviations, of the variance relative; root mean square and worst.
 void local_error(benchmark::State& state) {
