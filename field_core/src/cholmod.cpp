@@ -2,14 +2,15 @@
 
 #include <cholmod.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "corner_inverse.hpp"
 #include "field_core/errors.hpp"
 #include "selected_inverse.hpp"
+#include "supernodal.hpp"
 
 namespace field_core {
 namespace {
@@ -56,41 +57,16 @@ void check_input(const Eigen::SparseMatrix<double>& m) {
 
 }  // namespace
 
-namespace {
-
-/// Lower triangle of (L L^T)^-1. Block columns keep away from the zeros of L^-1: a third of the
-/// work.
-Eigen::MatrixXd inverse_from_factor(const Eigen::MatrixXd& l) {
-  constexpr Eigen::Index kBlock = 48;
-  const Eigen::Index n = l.rows();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n), inverse(n, n);
-  for (Eigen::Index j = 0; j < n; j += kBlock) {
-    auto columns = root.block(j, j, n - j, std::min(kBlock, n - j));
-    l.bottomRightCorner(n - j, n - j).triangularView<Eigen::Lower>().solveInPlace(columns);
-  }
-  for (Eigen::Index i = 0; i < n; i += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, n - i);
-    for (Eigen::Index j = 0; j <= i; j += kBlock) {
-      const Eigen::Index columns = std::min(kBlock, n - j);
-      inverse.block(i, j, rows, columns).noalias() =
-          root.block(i, i, n - i, rows).transpose() * root.block(i, j, n - i, columns);
-    }
-  }
-  return inverse;
-}
-
-}  // namespace
-
 struct SparseCholesky::Impl {
-  Impl() {
+  explicit Impl(Elimination elimination) : supernodal(elimination == Elimination::supernodal) {
     cholmod_start(&common);
     common.print = 0;
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_AMD;
     common.postorder = 1;
     // Simplicial: no BLAS, whose threads could change the last bits. LL^T, because CHOLMOD's LDL^T
-    // accepts negative pivots.
-    common.supernodal = CHOLMOD_SIMPLICIAL;
+    // accepts negative pivots. Supernodes are only analysed by CHOLMOD.
+    common.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
     common.final_ll = 1;
   }
   ~Impl() {
@@ -98,13 +74,15 @@ struct SparseCholesky::Impl {
     cholmod_free_dense(&workspace_y, &common);
     cholmod_free_dense(&workspace_e, &common);
     cholmod_free_factor(&factor, &common);
+    cholmod_free_factor(&pattern, &common);
     cholmod_finish(&common);
   }
 
   bool same_pattern(const Eigen::SparseMatrix<double>& m) const {
     const int* outer = m.outerIndexPtr();
     const int* inner = m.innerIndexPtr();
-    return factor && this->outer.size() == static_cast<std::size_t>(m.cols()) + 1 &&
+    return (supernodal ? pattern : factor) &&
+           this->outer.size() == static_cast<std::size_t>(m.cols()) + 1 &&
            std::equal(this->outer.begin(), this->outer.end(), outer) &&
            std::equal(this->inner.begin(), this->inner.end(), inner);
   }
@@ -119,6 +97,7 @@ struct SparseCholesky::Impl {
 
   void analyse(cholmod_sparse& view, const Eigen::SparseMatrix<double>& m) {
     cholmod_free_factor(&factor, &common);
+    cholmod_free_factor(&pattern, &common);
     common.method[0].ordering = block.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN;
     common.postorder = block.empty();  // it could move the block
     if (block.empty()) {
@@ -128,9 +107,60 @@ struct SparseCholesky::Impl {
       if (!order.empty()) factor = cholmod_analyze_p(&view, order.data(), nullptr, 0, &common);
     }
     if (!factor) throw NumericalError("CHOLMOD could not order the matrix: not enough memory");
+    if (supernodal) std::swap(factor, pattern);
     outer.assign(m.outerIndexPtr(), m.outerIndexPtr() + m.cols() + 1);
     inner.assign(m.innerIndexPtr(), m.innerIndexPtr() + m.nonZeros());
     ++analyses;
+  }
+
+  /// Lower triangle in the order of elimination.
+  void permute(const Eigen::SparseMatrix<double>& m) {
+    const auto* order = static_cast<const int*>(pattern->Perm);
+    const auto n = static_cast<std::size_t>(m.cols());
+    std::vector<int> place(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      place[static_cast<std::size_t>(order[k])] = static_cast<int>(k);
+    }
+    start.assign(n + 1, 0);
+    rows.resize(static_cast<std::size_t>(m.nonZeros()));
+    values.resize(rows.size());
+    const auto each = [&](const auto& visit) {
+      for (int j = 0; j < m.outerSize(); ++j) {
+        const int b = place[static_cast<std::size_t>(j)];
+        for (Eigen::SparseMatrix<double>::InnerIterator it(m, j); it; ++it) {
+          const int a = place[static_cast<std::size_t>(it.row())];
+          visit(std::max(a, b), static_cast<std::size_t>(std::min(a, b)), it.value());
+        }
+      }
+    };
+    each([&](int, std::size_t column, double) { ++start[column + 1]; });
+    for (std::size_t k = 0; k < n; ++k) start[k + 1] += start[k];
+    std::vector<int> next(start.begin(), start.end() - 1);
+    each([&](int row, std::size_t column, double value) {
+      const auto to = static_cast<std::size_t>(next[column]++);
+      rows[to] = row;
+      values[to] = value;
+    });
+  }
+
+  /// Into `factor`, which ends up simplicial, as if CHOLMOD had made it.
+  void factorize_supernodes(const Eigen::SparseMatrix<double>& m) {
+    permute(m);
+    cholmod_free_factor(&factor, &common);
+    factor = cholmod_copy_factor(pattern, &common);
+    if (!factor || !cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, factor, &common)) return;
+    const Supernodes nodes{static_cast<int>(factor->n),
+                           static_cast<int>(factor->nsuper),
+                           static_cast<const int*>(factor->super),
+                           static_cast<const int*>(factor->pi),
+                           static_cast<const int*>(factor->px),
+                           static_cast<const int*>(factor->s)};
+    const FactorColumns a{nodes.n, start.data(), rows.data(), values.data()};
+    factor->minor = static_cast<std::size_t>(
+        field_core::factorize_supernodes(nodes, a, static_cast<double*>(factor->x)));
+    if (factor->minor == factor->n) {
+      cholmod_change_factor(CHOLMOD_REAL, 1, 0, 1, 1, factor, &common);
+    }
   }
 
   void require_factor() const {
@@ -138,15 +168,19 @@ struct SparseCholesky::Impl {
   }
 
   cholmod_common common;
-  cholmod_factor* factor = nullptr;
+  bool supernodal;
+  cholmod_factor *factor = nullptr, *pattern = nullptr;  // pattern: analysed supernodes
   cholmod_dense *solution = nullptr, *workspace_y = nullptr, *workspace_e = nullptr;
-  std::vector<int> outer, inner;  // the pattern that `factor` was analysed for
-  std::vector<int> block;         // variables eliminated last
+  std::vector<int> outer, inner;  // what was analysed
+  std::vector<int> start, rows;   // of permute()
+  std::vector<double> values;
+  std::vector<int> block;  // variables eliminated last
   std::size_t analyses = 0;
   bool ready = false;
 };
 
-SparseCholesky::SparseCholesky() : impl_(std::make_unique<Impl>()) {}
+SparseCholesky::SparseCholesky(Elimination elimination)
+    : impl_(std::make_unique<Impl>(elimination)) {}
 SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
@@ -161,7 +195,12 @@ void SparseCholesky::factorize(const Eigen::SparseMatrix<double>& lower,
   const bool same_block = impl_->block == block;
   impl_->block = block;
   if (!same_block || !impl_->same_pattern(lower)) impl_->analyse(view, lower);
-  cholmod_factorize(&view, impl_->factor, &impl_->common);
+  if (impl_->supernodal) {
+    impl_->factorize_supernodes(lower);
+    if (!impl_->factor) throw NumericalError("CHOLMOD could not factorize: not enough memory");
+  } else {
+    cholmod_factorize(&view, impl_->factor, &impl_->common);
+  }
   const cholmod_factor& factor = *impl_->factor;
   if (impl_->common.status == CHOLMOD_NOT_POSDEF || factor.minor < factor.n) {
     const int column = static_cast<const int*>(factor.Perm)[factor.minor];
@@ -248,25 +287,18 @@ Eigen::MatrixXd SparseCholesky::block_covariance() const {
   const FactorColumns columns = columns_of(*impl_->factor);
   const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
   const int first = columns.n - static_cast<int>(size);
-  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(size, size);
-  for (int j = first; j < columns.n; ++j) {
-    for (int p = columns.start[j]; p < columns.start[j + 1]; ++p) {
-      corner(columns.row[p] - first, j - first) = columns.value[p];
-    }
-  }
-  const Eigen::MatrixXd inverse = inverse_from_factor(corner);
+  const Eigen::MatrixXd inverse = corner_inverse(columns, first);
   std::vector<Eigen::Index> place(static_cast<std::size_t>(columns.n));
   for (Eigen::Index k = 0; k < size; ++k) {
     place[static_cast<std::size_t>(permutation[first + k])] = k;
   }
-  const std::vector<int>& block = impl_->block;
+  std::vector<Eigen::Index> from;
+  for (const int k : impl_->block) from.push_back(place[static_cast<std::size_t>(k)]);
   Eigen::MatrixXd covariance(size, size);
-  for (Eigen::Index a = 0; a < size; ++a) {
-    for (Eigen::Index b = 0; b < size; ++b) {
-      const Eigen::Index i = place[static_cast<std::size_t>(block[static_cast<std::size_t>(a)])];
-      const Eigen::Index j = place[static_cast<std::size_t>(block[static_cast<std::size_t>(b)])];
-      covariance(a, b) = inverse(std::max(i, j), std::min(i, j));
-    }
+  for (Eigen::Index b = 0; b < size; ++b) {
+    const double* column = inverse.col(from[static_cast<std::size_t>(b)]).data();
+    double* to = covariance.col(b).data();
+    for (Eigen::Index a = 0; a < size; ++a) to[a] = column[from[static_cast<std::size_t>(a)]];
   }
   return covariance;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <fstream>
+#include <string>
 
 #include "field_core/random.hpp"
 #include "gmrf_slap/field_prior.hpp"
@@ -79,11 +81,23 @@ class Robot {
   field_core::Sample sample_;
 };
 
+/// The largest resident set so far, of the whole process: run one benchmark alone to read it. [MB]
+double peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return 1e-3 * std::stod(line.substr(6));
+  }
+  return 0.0;
+}
+
 double cpu_milliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
+/// Steps until trajectories hold all of their lag, so that later ones cost what they always will.
+constexpr int kWarmUp = 75;
+
 /// The mean step is the benchmark's time; the worst one and what was weighed are counters.
-void run_steps(benchmark::State& state, const Slap& slap, Robot& robot) {
-  for (int t = 0; t < 15; ++t) robot.step();
+void run_steps(benchmark::State& state, const Slap& slap, Robot& robot, int warm_up = kWarmUp) {
+  for (int t = 0; t < warm_up; ++t) robot.step();
   double candidates = 0.0, left_out = 0.0, information = 0.0, worst = 0.0;
   for (auto _ : state) {
     const double begin = cpu_milliseconds();
@@ -101,6 +115,7 @@ void run_steps(benchmark::State& state, const Slap& slap, Robot& robot) {
   std::size_t bytes = 0;
   for (const auto& given : slap.bank().fields()[0].given) bytes += given->memory_bytes();
   state.counters["MB"] = 1e-6 * static_cast<double>(bytes);
+  state.counters["peak_MB"] = peak_memory();
 }
 
 /// One step of one robot from wall to wall: command, position observation, measurement, L = 5.
@@ -127,28 +142,26 @@ BENCHMARK(step)
     ->Args({kDense, kSites, 31})
     ->Args({kDense, kPaper, 31})
     ->Args({kSparse, kSites, 101})
-    ->Iterations(60)
+    ->Iterations(120)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(step)
     ->Name("step_301_sparse")
     ->ArgNames({"engine", "belief", "side"})
     ->Args({kSparse, kSites, 301})
-    ->Iterations(5)
+    ->Iterations(30)
     ->Unit(benchmark::kMillisecond);
 
 /// The same drive in the middle of grids of any size: what still depends on the grid.
 void same_drive(benchmark::State& state) {
-  Slap slap(paper(static_cast<int>(state.range(0)), Engine::local, PositionBelief::lattice), 1);
+  const auto belief = static_cast<PositionBelief>(state.range(0));
+  Slap slap(paper(static_cast<int>(state.range(1)), Engine::local, belief), 1);
   Robot robot(slap, 20.0);
   run_steps(state, slap, robot);
 }
 BENCHMARK(same_drive)
-    ->ArgName("side")
-    ->Arg(75)
-    ->Arg(101)
-    ->Arg(201)
-    ->Arg(301)
-    ->Iterations(60)
+    ->ArgNames({"belief", "side"})
+    ->ArgsProduct({{kTracks, kSites}, {75, 101, 201, 301}})
+    ->Iterations(120)
     ->Unit(benchmark::kMillisecond);
 
 /// 300 candidates offered: prune_mass and merge_loss in millionths (100 and 300 by default) and the
@@ -160,7 +173,7 @@ void offered_300(benchmark::State& state) {
   use_vector_width(static_cast<VectorWidth>(state.range(2)));
   Slap slap(params, 1);
   Robot robot(slap, 6.0, 1.1);
-  run_steps(state, slap, robot);
+  run_steps(state, slap, robot, 15);
   use_vector_width(VectorWidth::avx512);
 }
 BENCHMARK(offered_300)

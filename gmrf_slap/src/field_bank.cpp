@@ -44,12 +44,13 @@ FieldMixture make_field(const Lattice& lattice, const GmrfSlapParams& params,
 }
 
 /// Bandwidths that the local engine eliminates around its window, and the most sites that is.
-/// At 3.75 bandwidths means are off by 0.01 standard deviations and variances by 0.2 %
-/// (test_window_field).
+/// gmrf_slap_benchmark --benchmark_filter=local_error measures what that leaves out.
 constexpr double kHaloBandwidths = 3.5;
-constexpr double kLargestHalo = 16.0;
-/// A window of the sparse engine costs more to take than to carry: larger ones are left less often.
-constexpr int kSparseMargin = 6;
+constexpr double kLargestHalo = 50.0;
+/// Windows cost about as much to take as to carry for some steps; those of the sparse engine more.
+constexpr int kLocalMargin = 6, kSparseMargin = 8;
+/// Up to here a window of the whole grid costs less than to take another one every few steps.
+constexpr int kGrowUpTo = 1000;
 
 std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSlapParams& params,
                                            const Theta& theta,
@@ -57,10 +58,12 @@ std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSla
   if (params.engine == Engine::dense) return make_dense_field(precision);
   WindowSettings settings;
   settings.memory = static_cast<int>(params.robots.size());
+  settings.grow_up_to = kGrowUpTo;
   if (params.engine == Engine::local) {
     const double bandwidth = std::sqrt(2.0 / theta.alpha);
     settings.halo =
         static_cast<int>(std::min(std::ceil(kHaloBandwidths * bandwidth), kLargestHalo));
+    settings.margin = kLocalMargin;
   } else {
     settings.margin = kSparseMargin;
   }
@@ -141,10 +144,10 @@ void FieldBank::reset() {
   changed();
 }
 
-void FieldBank::focus(const std::vector<int>& sites) {
+void FieldBank::focus(const std::vector<int>& sites, const std::vector<int>& ahead) {
   bool moved = false;
   for (FieldMixture& field : fields_) {
-    for (const auto& given : field.given) moved = given->focus(sites) || moved;
+    for (const auto& given : field.given) moved = given->focus(sites, ahead) || moved;
   }
   if (moved) changed();
 }
@@ -167,7 +170,10 @@ void FieldBank::assimilate(const Observation& z, const Eigen::Vector2d& place) {
   if (at.count == 0) return;
   FieldMixture& field = fields_[static_cast<std::size_t>(z.field)];
   const double residual = z.value - field.prior_mean(place);
-  if (needs_focus()) focus({at.site.begin(), at.site.begin() + at.count});
+  if (needs_focus()) {
+    const std::vector<int> sites(at.site.begin(), at.site.begin() + at.count);
+    focus(sites, sites);
+  }
   Eigen::VectorXd logs = field.probability.array().log();
   MixtureUpdate update;
   update.clear(1);

@@ -182,7 +182,10 @@ UpdateResult LatticeBelief::update(FieldBank& fields, const std::vector<Observat
     sites_.push_back(base * sensor_in_base.translation());
     rows_.push_back(fields.row(sites_.back()));
   }
-  if (fields.needs_focus()) fields.focus(sites_of(rows_));
+  if (fields.needs_focus()) {
+    const std::vector<int> sites = sites_of(rows_);
+    fields.focus(sites, sites);
+  }
   const UpdateResult result = weigh(fields, observations);
   const LeftOut left_out = assimilate(fields, observations);
   left_out_ += left_out.mass;

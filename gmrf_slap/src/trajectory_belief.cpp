@@ -192,14 +192,15 @@ void TrajectoryBelief::merge_oldest(FieldBank& fields, int field, int entry) con
 
 void TrajectoryBelief::focus(FieldBank& fields, const std::vector<SiteRow>& rows) const {
   if (!fields.needs_focus()) return;
-  std::vector<int> sites = sites_of(rows);
+  const std::vector<int> ahead = sites_of(rows);
+  std::vector<int> sites = ahead;
   for (const Track& track : tracks_) {
     for (const SuffixProcess& process : track) {
       for (int i = 0; i < process.size(); ++i) add_sites(process.row(i), sites);
     }
   }
   sort_unique(sites);
-  fields.focus(sites);
+  fields.focus(sites, ahead);
 }
 
 void TrajectoryBelief::merge(FieldBank& fields, int steps) const {

@@ -1,11 +1,12 @@
 #include "window_field.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "field_core/errors.hpp"
+#include "field_core/positive_inverse.hpp"
+#include "site_list.hpp"
 
 namespace gmrf_slap {
 namespace {
@@ -83,28 +84,36 @@ bool WindowField::covers(const std::vector<int>& sites) const {
   return std::all_of(sites.begin(), sites.end(), [this](int s) { return window_.find(s) >= 0; });
 }
 
-bool WindowField::focus(const std::vector<int>& sites) {
-  focused_.push_back(sites);
+bool WindowField::focus(const std::vector<int>& sites, const std::vector<int>& ahead) {
+  focused_.push_back({sites, ahead});
   if (static_cast<int>(focused_.size()) > settings_.memory) focused_.erase(focused_.begin());
   if (covers(sites)) return false;
-  flush();
+  choose_sites();
   take_window();
   return true;
 }
 
-void WindowField::note_pairs(const MixtureUpdate& update) {
-  const auto size = static_cast<std::size_t>(window_.size());
-  std::vector<std::size_t> touched;
+WindowField::Touched WindowField::touched_by(const MixtureUpdate& update) const {
+  Touched out;
   for (int k = 0; k < update.size; ++k) {
-    const SiteRow& row = update.rows[static_cast<std::size_t>(k)];
-    for (std::size_t a = 0; a < static_cast<std::size_t>(row.count); ++a) {
-      touched.push_back(static_cast<std::size_t>(row.site[a]));
-    }
+    add_sites(update.rows[static_cast<std::size_t>(k)], out.sites);
   }
-  std::sort(touched.begin(), touched.end());
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-  for (const std::size_t a : touched) {
-    for (const std::size_t b : touched) pairs_[a * size + b] = 1;
+  sort_unique(out.sites);
+  for (const int s : out.sites) out.places.push_back(window_.find(s));
+  const Eigen::Index n = index_of(out.places.size());
+  out.sigma.resize(n, n);
+  out.mean.resize(n);
+  look_again(out);
+  return out;
+}
+
+void WindowField::look_again(Touched& touched) const {
+  for (Eigen::Index b = 0; b < touched.mean.size(); ++b) {
+    const int j = touched.places[static_cast<std::size_t>(b)];
+    touched.mean[b] = block_.mean()[j];
+    for (Eigen::Index a = b; a < touched.mean.size(); ++a) {
+      touched.sigma(a, b) = block_.at(touched.places[static_cast<std::size_t>(a)], j);
+    }
   }
 }
 
@@ -113,67 +122,48 @@ void WindowField::condition(const MixtureUpdate& update) {
   for (int k = 0; k < update.size; ++k) {
     local.rows[static_cast<std::size_t>(k)] = localized(update.rows[static_cast<std::size_t>(k)]);
   }
-  note_pairs(local);
+  const Touched before = touched_by(update);
   block_.condition(local);
+  Touched after = before;
+  look_again(after);
+  learn(before, after);
   global_.reset();
 }
 
-WindowField::Gain WindowField::gain() const {
-  Gain out;
-  const auto size = static_cast<std::size_t>(window_.size());
-  for (std::size_t k = 0; k < size; ++k) {
-    if (pairs_[k * size + k]) out.places.push_back(static_cast<int>(k));
-  }
-  const Eigen::Index n = index_of(out.places.size());
-  if (n == 0) return out;
-  MatrixXd now(n, n), before(n, n);
-  VectorXd mean(n), mean_before(n);
-  for (Eigen::Index a = 0; a < n; ++a) {
-    const int i = out.places[static_cast<std::size_t>(a)];
-    mean[a] = block_.mean()[i];
-    mean_before[a] = old_mean_[i];
-    for (Eigen::Index b = 0; b < n; ++b) {
-      const int j = out.places[static_cast<std::size_t>(b)];
-      now(a, b) = block_.at(i, j);
-      before(a, b) = old_sigma_(std::max(i, j), std::min(i, j));
-    }
-  }
-  const Eigen::LLT<MatrixXd> after_factor(now), before_factor(before);
-  if (after_factor.info() != Eigen::Success || before_factor.info() != Eigen::Success) {
+/// Q += (Sigma'_UU)^-1 - (Sigma_UU)^-1, and the same for Q mean.
+void WindowField::learn(const Touched& before, const Touched& after) {
+  MatrixXd precision = field_core::positive_inverse(after.sigma);
+  const MatrixXd precision_before = field_core::positive_inverse(before.sigma);
+  if (precision.size() == 0 || precision_before.size() == 0) {
     throw field_core::NumericalError(
         "the covariance of the window is not positive definite; raise "
         "measurement_stddev or alpha");
   }
-  const MatrixXd identity = MatrixXd::Identity(n, n);
-  out.precision = after_factor.solve(identity) - before_factor.solve(identity);
-  out.information = after_factor.solve(mean) - before_factor.solve(mean_before);
-  return out;
-}
-
-void WindowField::flush() {
-  const Gain learned = gain();
-  const auto size = static_cast<std::size_t>(window_.size());
-  for (std::size_t a = 0; a < learned.places.size(); ++a) {
-    const auto i = static_cast<std::size_t>(learned.places[a]);
-    const int site = window_.sites()[i];
-    information_[site] += learned.information[index_of(a)];
-    for (std::size_t b = 0; b <= a; ++b) {
-      const auto j = static_cast<std::size_t>(learned.places[b]);
-      if (!pairs_[i * size + j]) continue;  // exactly 0 but for rounding
-      const double change = 0.5 * (learned.precision(index_of(a), index_of(b)) +
-                                   learned.precision(index_of(b), index_of(a)));
-      add_both(site, window_.sites()[j], change);
-    }
+  const VectorXd information = precision * after.mean - precision_before * before.mean;
+  precision -= precision_before;  // exactly symmetric
+  for (Eigen::Index a = 0; a < information.size(); ++a) {
+    const int site = after.sites[static_cast<std::size_t>(a)];
+    information_[site] += information[a];
+    precision_.add(site, after.sites, precision.col(a).data());
   }
 }
 
-void WindowField::take_window() {
+/// The window: all that was asked for and a margin where robots are. The patch: everything within
+/// margin and halo of what was asked for.
+void WindowField::choose_sites() {
+  std::vector<int> asked, ahead;
+  for (const Focus& focus : focused_) {
+    asked.insert(asked.end(), focus.sites.begin(), focus.sites.end());
+    ahead.insert(ahead.end(), focus.ahead.begin(), focus.ahead.end());
+  }
+  const std::vector<int> before = window_.sites();
   window_.clear();
-  std::vector<int> asked;
-  for (const std::vector<int>& sites : focused_) {
-    asked.insert(asked.end(), sites.begin(), sites.end());
+  insert_around(lattice_, ahead, settings_.margin, window_);
+  for (const int s : asked) window_.insert(s);
+  if (sites() <= settings_.grow_up_to) {
+    for (const int s : before) window_.insert(s);
+    asked = window_.sites();
   }
-  insert_around(lattice_, asked, settings_.margin, window_);
   if (window_.size() > settings_.largest_window) {
     throw field_core::NumericalError(
         "the robots' possible positions spread over " + std::to_string(window_.size()) +
@@ -184,8 +174,11 @@ void WindowField::take_window() {
   if (settings_.halo < 0) {
     for (int s = 0; s < sites(); ++s) patch_.insert(s);
   } else {
-    insert_around(lattice_, window_.sites(), settings_.halo, patch_);
+    insert_around(lattice_, asked, settings_.margin + settings_.halo, patch_);
   }
+}
+
+void WindowField::take_window() {
   // p(patch | everything else at its last mean): the patch's block of Q.
   Triplets entries;
   VectorXd rhs(patch_.size());
@@ -202,48 +195,34 @@ void WindowField::take_window() {
   lower.setFromTriplets(entries.begin(), entries.end());
   std::vector<int> block;
   for (const int s : window_.sites()) block.push_back(patch_.find(s));
-  field_core::SparseCholesky factor;
+  field_core::SparseCholesky factor(field_core::Elimination::supernodal);
   factor.factorize(lower, block);
   const VectorXd mean = factor.solve(rhs);
   for (int k = 0; k < patch_.size(); ++k) {
     last_mean_[patch_.sites()[static_cast<std::size_t>(k)]] = mean[k];
   }
-  old_mean_.resize(window_.size());
+  VectorXd window_mean(window_.size());
   for (int k = 0; k < window_.size(); ++k) {
-    old_mean_[k] = mean[block[static_cast<std::size_t>(k)]];
+    window_mean[k] = mean[block[static_cast<std::size_t>(k)]];
   }
-  old_sigma_ = factor.block_covariance();
-  block_ = DenseBlock(old_mean_, old_sigma_);
-  pairs_.assign(static_cast<std::size_t>(window_.size()) * static_cast<std::size_t>(window_.size()),
-                0);
+  block_ = DenseBlock(std::move(window_mean), factor.block_covariance());
 }
 
 const WindowField::Global& WindowField::global() const {
   if (global_) return *global_;
   auto made = std::make_shared<Global>();
-  const Gain learned = gain();
   Triplets entries;
   entries.reserve(precision_.entries());
-  VectorXd information = information_;
   for (int s = 0; s < sites(); ++s) {
     for (const SparseRows::Entry& e : precision_.row(s)) {
       if (e.column >= s) entries.emplace_back(e.column, s, e.value);
     }
   }
-  for (std::size_t a = 0; a < learned.places.size(); ++a) {
-    const int i = window_.sites()[static_cast<std::size_t>(learned.places[a])];
-    information[i] += learned.information[index_of(a)];
-    for (std::size_t b = 0; b <= a; ++b) {
-      const int j = window_.sites()[static_cast<std::size_t>(learned.places[b])];
-      entries.emplace_back(std::max(i, j), std::min(i, j),
-                           learned.precision(index_of(a), index_of(b)));
-    }
-  }
   Sparse lower(sites(), sites());
   lower.setFromTriplets(entries.begin(), entries.end());
-  made->factor = std::make_shared<field_core::SparseCholesky>();
+  made->factor = std::make_shared<field_core::SparseCholesky>(field_core::Elimination::supernodal);
   made->factor->factorize(lower);
-  made->mean = made->factor->solve(information);
+  made->mean = made->factor->solve(information_);
   made->inverse = made->factor->selected_inverse();
   global_ = made;
   return *global_;
@@ -266,9 +245,8 @@ void WindowField::survey(const SiteRow* rows, int count, double* mean, double* v
 }
 
 std::size_t window_field_bytes(int sites) {
-  // A stencil of 13 (order 2) in rows that have grown one by one, and seven
-  // numbers per site.
-  return static_cast<std::size_t>(sites) * (24 + 24 * sizeof(SparseRows::Entry) + 7 * 8);
+  // A stencil of 13 (order 2), as much again for what is learned, and six numbers per site.
+  return static_cast<std::size_t>(sites) * (26 * sizeof(SparseRows::Entry) + 6 * 8);
 }
 
 std::unique_ptr<GaussianField> make_window_field(const Lattice& lattice, const Sparse& precision,

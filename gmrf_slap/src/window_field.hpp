@@ -43,7 +43,7 @@ class WindowField final : public GaussianField {
               const WindowSettings& settings);
 
   int sites() const override { return lattice_.sites(); }
-  bool focus(const std::vector<int>& sites) override;
+  bool focus(const std::vector<int>& sites, const std::vector<int>& ahead) override;
   void predict(const SiteRow* rows, int count, double* mean, double* variance) const override {
     localize(rows, count);
     block_.predict(local_.data(), count, mean, variance);
@@ -65,8 +65,8 @@ class WindowField final : public GaussianField {
     return std::make_unique<WindowField>(*this);
   }
   std::size_t memory_bytes() const override {
-    return precision_.memory_bytes() + 2 * block_.memory_bytes() +
-           8 * static_cast<std::size_t>(5 * sites() + old_sigma_.size());
+    return precision_.memory_bytes() + block_.memory_bytes() +
+           8 * static_cast<std::size_t>(4 * sites());
   }
   void save(field_core::State& state, const std::string& prefix) const override;
   void restore(const field_core::State& state, const std::string& prefix) override;
@@ -78,11 +78,15 @@ class WindowField final : public GaussianField {
     Eigen::VectorXd mean;
     Eigen::SparseMatrix<double> inverse;  // selected, lower
   };
-  /// What the window has learned since it was taken from Q.
-  struct Gain {
-    std::vector<int> places;  // measured sites, as places in the window
-    Eigen::MatrixXd precision;
-    Eigen::VectorXd information;
+  /// The sites of one call of focus(), and those of them that the margin is around.
+  struct Focus {
+    std::vector<int> sites, ahead;
+  };
+  /// Sites that a measurement touched, ascending, and their marginal before or after it.
+  struct Touched {
+    std::vector<int> sites, places;  // of the grid, in the window
+    Eigen::MatrixXd sigma;           // lower triangle
+    Eigen::VectorXd mean;
   };
 
   void add_both(int i, int j, double value) {
@@ -92,23 +96,21 @@ class WindowField final : public GaussianField {
   SiteRow localized(const SiteRow& row) const;
   void localize(const SiteRow* rows, int count) const;
   bool covers(const std::vector<int>& sites) const;
-  Gain gain() const;
-  void flush();
+  Touched touched_by(const MixtureUpdate& update) const;
+  void look_again(Touched& touched) const;
+  void learn(const Touched& before, const Touched& after);
+  void choose_sites();
   void take_window();
-  void note_pairs(const MixtureUpdate& update);
   const Global& global() const;
 
   Lattice lattice_;
   WindowSettings settings_;
-  SparseRows precision_;         // Q without the window's gain
-  Eigen::VectorXd information_;  // Q mean, the same
+  SparseRows precision_;         // Q
+  Eigen::VectorXd information_;  // Q mean
   Eigen::VectorXd last_mean_;    // of each site when it was last in a patch
   SiteSet window_, patch_;
-  std::vector<std::vector<int>> focused_;  // latest last
-  DenseBlock block_;                       // the window's marginal
-  Eigen::MatrixXd old_sigma_;              // of the window when it was taken
-  Eigen::VectorXd old_mean_;
-  std::vector<unsigned char> pairs_;  // window x window: changed by a measurement
+  std::vector<Focus> focused_;  // latest last
+  DenseBlock block_;            // the window's marginal
   mutable std::vector<SiteRow> local_;
   mutable std::shared_ptr<const Global> global_;
 };

@@ -29,19 +29,20 @@ void WindowField::save(field_core::State& state, const std::string& prefix) cons
   state.set(prefix + "window", as_matrix(window_.sites()));
   state.set(prefix + "focused", static_cast<double>(focused_.size()));
   for (std::size_t f = 0; f < focused_.size(); ++f) {
-    state.set(prefix + "focus" + std::to_string(f), as_matrix(focused_[f]));
+    state.set(prefix + "focus" + std::to_string(f), as_matrix(focused_[f].sites));
+    state.set(prefix + "ahead" + std::to_string(f), as_matrix(focused_[f].ahead));
   }
-  const Eigen::Index n = window_.size();
   state.set(prefix + "window_mean", block_.mean());
   state.set(prefix + "window_covariance", block_.sigma());
-  state.set(prefix + "old_mean", old_mean_);
-  state.set(prefix + "old_covariance", old_sigma_);
-  MatrixXd pairs(n, n);
-  for (Eigen::Index i = 0; i < pairs.size(); ++i) pairs(i) = pairs_[static_cast<std::size_t>(i)];
-  state.set(prefix + "pairs", pairs);
 }
 
 void WindowField::restore(const field_core::State& state, const std::string& prefix) {
+  // Earlier versions kept what a window had learned apart from the precision matrix.
+  if (state.numbers().count(prefix + "pairs")) {
+    throw field_core::DataError(
+        "the state of an earlier version of the sparse and local engines "
+        "cannot be continued; map anew");
+  }
   const auto as_sites = [&](const std::string& name) {
     std::vector<int> out;
     const MatrixXd& m = state.matrix(prefix + name);
@@ -62,20 +63,18 @@ void WindowField::restore(const field_core::State& state, const std::string& pre
     }
     next.precision_.add(i, j, entries(2, k));
   }
+  next.precision_.compact();
   next.information_ = state.matrix(prefix + "information", sites(), 1);
   next.last_mean_ = state.matrix(prefix + "last_mean", sites(), 1);
   for (const int s : as_sites("window")) next.window_.insert(s);
   const Eigen::Index n = next.window_.size();
   for (int f = 0; f < static_cast<int>(state.scalar(prefix + "focused")); ++f) {
-    next.focused_.push_back(as_sites("focus" + std::to_string(f)));
+    next.focused_.push_back(
+        {as_sites("focus" + std::to_string(f)), as_sites("ahead" + std::to_string(f))});
   }
   if (n > 0) {
-    next.old_mean_ = state.matrix(prefix + "old_mean", n, 1);
-    next.old_sigma_ = state.matrix(prefix + "old_covariance", n, n);
     const VectorXd mean = state.matrix(prefix + "window_mean", n, 1);
     next.block_ = DenseBlock(mean, state.matrix(prefix + "window_covariance", n, n));
-    const MatrixXd& pairs = state.matrix(prefix + "pairs", n, n);
-    for (Eigen::Index i = 0; i < pairs.size(); ++i) next.pairs_.push_back(pairs(i) > 0.0);
   }
   *this = std::move(next);
 }

@@ -48,7 +48,7 @@ Places places_at(const Lattice& lattice, int step, int count, field_core::Random
 }
 
 void condition(GaussianField& field, const Places& places) {
-  field.focus(sites_of(places.rows));
+  field.focus(sites_of(places.rows), sites_of(places.rows));
   const int count = static_cast<int>(places.rows.size());
   std::vector<double> mean(places.rows.size()), variance(mean);
   field.predict(places.rows.data(), count, mean.data(), variance.data());
@@ -78,6 +78,7 @@ TEST_P(Engines, SparseEqualsDense) {
     auto dense = make_dense_field(q);
     WindowSettings settings;
     settings.margin = 2;
+    if (theta.order == 2) settings.grow_up_to = lattice.sites();
     auto sparse = make_window_field(lattice, q, settings);
     field_core::Random random(11);
     for (int t = 0; t < 40; ++t) {
@@ -131,6 +132,20 @@ TEST_P(Engines, StateContinuesBitForBit) {
   EXPECT_EQ(a->variances(), b->variances());
 }
 
+TEST_P(Engines, ACopyGoesItsOwnWay) {
+  const Lattice lattice({0.0, 0.0}, 1.0, 15, 12, GetParam());
+  WindowSettings settings;
+  settings.margin = 2;
+  auto a = make_window_field(lattice, prior_precision(lattice, {1.0, 0.2, 2}), settings);
+  field_core::Random random(12);
+  for (int t = 0; t < 5; ++t) condition(*a, places_at(lattice, t, 6, random));
+  const auto untouched = a->clone(), copy = a->clone();
+  for (int t = 5; t < 12; ++t) condition(*copy, places_at(lattice, t, 6, random));
+  EXPECT_GT((copy->mean() - a->mean()).cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_EQ(a->mean(), untouched->mean());
+  EXPECT_EQ(a->variances(), untouched->variances());
+}
+
 INSTANTIATE_TEST_SUITE_P(Shapes, Engines, ::testing::Bool());
 
 /// Mean and relative variance error of the local engine, averaged over sites, after a drive.
@@ -175,6 +190,36 @@ TEST(LocalEngine, ErrorFallsWithTheHalo) {
   EXPECT_GT(errors[3].variance, 1e-9);  // an approximation all the same
 }
 
+TEST(WindowField, ReachesAheadOfTheRobotOnly) {
+  const Lattice lattice({0.0, 0.0}, 1.0, 40, 40, false);
+  const auto q = prior_precision(lattice, {1.0, 0.2, 2});
+  WindowSettings settings;
+  settings.margin = 3;
+  auto field = make_window_field(lattice, q, settings);
+  const int robot = lattice.site(30, 20), past = lattice.site(10, 20);
+  EXPECT_TRUE(field->focus({past, robot}, {robot}));
+  EXPECT_FALSE(field->focus({past, lattice.site(33, 17)}, {robot}));
+  EXPECT_TRUE(field->focus({lattice.site(11, 20)}, {robot}));
+  EXPECT_TRUE(field->focus({past, robot}, {robot}));
+  // Covariances of both are those of the whole field.
+  const auto dense = make_dense_field(q);
+  const std::vector<SiteRow> rows = {{1, {past}, {1.0}}, {1, {robot}, {1.0}}};
+  VectorXd a(2), b(2);
+  field->covariances(rows[0], rows.data(), 2, a.data());
+  dense->covariances(rows[0], rows.data(), 2, b.data());
+  EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST(WindowField, RefusesAStateThatKeptWhatItLearnedApart) {
+  const Lattice lattice({0.0, 0.0}, 1.0, 9, 9, false);
+  auto field = make_window_field(lattice, prior_precision(lattice, {1.0, 0.2, 2}), {});
+  field_core::State state("test", 1);
+  field->save(state, "f/");
+  field->restore(state, "f/");
+  state.set("f/pairs", 0.0);
+  EXPECT_THROW(field->restore(state, "f/"), field_core::DataError);
+}
+
 TEST(WindowField, SaysWhatIsMissing) {
   const Lattice lattice({0.0, 0.0}, 1.0, 30, 30, false);
   WindowSettings settings;
@@ -186,7 +231,7 @@ TEST(WindowField, SaysWhatIsMissing) {
   std::vector<int> everywhere;
   for (int s = 0; s < 900; ++s) everywhere.push_back(s);
   try {
-    field->focus(everywhere);
+    field->focus(everywhere, everywhere);
     FAIL();
   } catch (const field_core::NumericalError& e) {
     EXPECT_NE(std::string(e.what()).find("shorten lag"), std::string::npos);

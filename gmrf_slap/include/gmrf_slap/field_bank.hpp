@@ -58,7 +58,7 @@ class FieldBank {
   SiteRow row(const Eigen::Vector2d& point) const;
 
   /// Tells every field which sites one robot's next step names (GaussianField::focus).
-  void focus(const std::vector<int>& sites);
+  void focus(const std::vector<int>& sites, const std::vector<int>& ahead);
   bool needs_focus() const { return engine_ != Engine::dense; }
 
   /// Counts the changes of any field: whoever keeps what follows from the fields looks here.

@@ -50,10 +50,12 @@ class GaussianField {
   virtual int sites() const = 0;
 
   /// The sites that the next calls of predict, covariances and condition name. The engines whose
-  /// cost does not grow with the grid have to be told; each call stands for one robot. Returns
-  /// whether covariances may differ from before in the last bits (sparse) or by the approximation
-  /// (local).
-  virtual bool focus(const std::vector<int>& /*sites*/) { return false; }
+  /// cost does not grow with the grid have to be told; each call stands for one robot. `ahead`:
+  /// where the robot is, so that the next calls may name sites around it. Returns whether
+  /// covariances may differ from before in the last bits (sparse) or by the approximation (local).
+  virtual bool focus(const std::vector<int>& /*sites*/, const std::vector<int>& /*ahead*/) {
+    return false;
+  }
   /// Mean and variance of rows.
   virtual void predict(const SiteRow* rows, int count, double* mean, double* variance) const = 0;
   /// out[i] = a Sigma b_i^T.
@@ -91,14 +93,15 @@ std::size_t window_field_bytes(int sites);
 ///
 /// A measurement changes Q only in the block of its candidate sites, Q' = Q + E N E^T, so that as
 /// long as all candidates are inside a window W the marginal of W changes as the dense engine
-/// changes it, exactly and without looking at the rest. When the robots leave the window what it
-/// has learned goes into Q, (Sigma'_UU)^-1 - (Sigma_UU)^-1 on the sites U that were measured, and a
-/// new window is taken from Q by eliminating everything else.
+/// changes it, exactly and without looking at the rest, and Q by (Sigma'_UU)^-1 - (Sigma_UU)^-1 on
+/// the sites U that were measured. When the robots leave the window a new one is taken from Q by
+/// eliminating everything else.
 struct WindowSettings {
-  int margin = 4;  ///< the window reaches this many sites beyond what was asked for
-  /// Eliminated around the window; what is further away is held at its last mean. Negative:
-  /// everything, which is exact.
+  int margin = 4;  ///< the window reaches this many sites beyond those ahead
+  /// Eliminated around what was asked for, beyond the margin; what is further away is held at its
+  /// last mean. Negative: everything, which is exact.
   int halo = -1;
+  int grow_up_to = 0;         ///< on grids of at most this many sites windows only grow
   int memory = 1;             ///< calls of focus() that the window serves: robots
   int largest_window = 4000;  ///< [sites]
 };
