@@ -18,7 +18,7 @@ simulate() {
   nice rosrun vector_field_slam vector_field_slam_experiment --experiment "$1" --seeds "$2" --corrected-seeds "${3:-3}" >"$out/$1.partial"
   mv "$out/$1.partial" "$out/$1.csv"
 }
-simulate nine "$seeds"
-simulate iec "$(((seeds + 9) / 10))" 0
+simulate nine "$seeds" "$seeds"
+simulate iec "$seeds" 0
 $python tools/reproduce_vector_field_slam.py --data "${FIELD_DATA_DIR:-$root/../shared/data}" --seeds "$seeds" \
   --work "$out" --output docs/results

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "field_core/random.hpp"
@@ -193,6 +195,21 @@ inline Aligned align(const std::vector<SE2>& truth, const std::vector<SE2>& esti
   return result;
 }
 
+/// Share inside the 90 % ellipse and mean NEES of (x, y) [2 is ideal] of positions as they are.
+inline std::pair<double, double> consistency(const std::vector<SE2>& truth,
+                                             const std::vector<SE2>& estimates,
+                                             const std::vector<Eigen::Matrix2d>& covariances) {
+  double share = 0.0, nees = 0.0;
+  const auto n = static_cast<double>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector2d e = estimates[i].translation() - truth[i].translation();
+    const double m = e.dot(covariances[i].inverse() * e);
+    nees += m / n;
+    share += (m <= 4.605) / n;
+  }
+  return {share, nees};
+}
+
 /// Odometry noise of the estimator that matches the simulated one over a period.
 inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
   vector_field_slam::VectorFieldSlamParams p;
@@ -216,6 +233,7 @@ inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
 
 struct Outcome {
   Aligned aligned;
+  double share_unaligned = 0.0, nees_unaligned = 0.0;
   int skipped = 0;
 };
 
@@ -239,6 +257,8 @@ inline Outcome run(const std::vector<Step>& steps,
     now = next;
   }
   outcome.aligned = align(truth, estimates, covariances);
+  std::tie(outcome.share_unaligned, outcome.nees_unaligned) =
+      consistency(truth, estimates, covariances);
   return outcome;
 }
 
