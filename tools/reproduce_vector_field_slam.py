@@ -19,7 +19,7 @@ import vector_field_slam_recordings as recordings
 NAMES = {"odometry": "odometry alone", "raw": "direct triangulation", "ekf": "`solver: ekf`",
          "eseif": "`solver: eseif` (default)",
          "eseif_shared_nodes": "`relocation: shared_nodes`",
-         "eseif_linear": "`underweighting: 0`",
+         "eseif_linear": "`underweighting: 0`", "ekf_linear": "`solver: ekf`, `underweighting: 0`",
          "eseif_paper": "the paper's: `relocation: blank`, `recovery_rings: 0`, `underweighting: 0`",
          "eseif_background": "default with `background_period: 100`",
          "eseif_corrected_at_once": "`solver: batch`, online estimates",
@@ -67,6 +67,13 @@ def simulated_table(runs):
                      f"{column('share_inside', 100, 0)} % | {column('share_unaligned', 100, 0)} % | "
                      f"{column('nees_position', 1, 1)} | {column('nees_unaligned', 1, 1)} | {len(rows)} |".replace("- %", "-"))
     return "\n".join(lines)
+
+
+def by_run(runs):
+    """The same for each world of its own."""
+    worlds = list(dict.fromkeys(row["run"] for row in runs["odometry"]))
+    return "\n\n".join(f"{world}:\n\n" + simulated_table({solver: [r for r in rows if r["run"] == world]
+                                                          for solver, rows in runs.items()}) for world in worlds)
 
 
 def plot_simulated(runs, file, label):
@@ -260,6 +267,7 @@ def main():
         runs = read(work / f"{name}.csv")
         plot_simulated(runs, output / f"vector_field_slam_{name}.png", label)
         values[name] = simulated_table(runs)
+    values["hall"] = by_run(read(work / "hall.csv"))
     parts = {"plaza": ("plaza1", ("eseif_corrected_at_once", "eseif", "ekf", "eseif_paper"), lambda c: plaza(data, work, c, arguments.seeds)),
              "utias": ("utias_ds6", ("eseif", "ekf", "eseif_paper"),
                        lambda c: utias(data, work, c, arguments.seeds)),

@@ -233,7 +233,7 @@ inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
 
 struct Outcome {
   Aligned aligned;
-  double share_unaligned = 0.0, nees_unaligned = 0.0;
+  double unaligned = 0.0, share_unaligned = 0.0, nees_unaligned = 0.0;
   int skipped = 0;
 };
 
@@ -257,6 +257,10 @@ inline Outcome run(const std::vector<Step>& steps,
     now = next;
   }
   outcome.aligned = align(truth, estimates, covariances);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    outcome.unaligned += (estimates[i].translation() - truth[i].translation()).norm() /
+                         static_cast<double>(truth.size());
+  }
   std::tie(outcome.share_unaligned, outcome.nees_unaligned) =
       consistency(truth, estimates, covariances);
   return outcome;
