@@ -19,12 +19,15 @@ import vector_field_slam_recordings as recordings
 NAMES = {"odometry": "odometry alone", "raw": "direct triangulation", "ekf": "`solver: ekf`",
          "eseif": "`solver: eseif` (default)",
          "eseif_shared_nodes": "`relocation: shared_nodes`",
-         "eseif_paper": "the paper's: `relocation: blank`, `recovery_rings: 0`",
+         "eseif_linear": "`underweighting: 0`", "ekf_linear": "`solver: ekf`, `underweighting: 0`",
+         "eseif_paper": "the paper's: `relocation: blank`, `recovery_rings: 0`, `underweighting: 0`",
          "eseif_background": "default with `background_period: 100`",
          "eseif_corrected_at_once": "`solver: batch`, online estimates",
          "batch": "`solver: batch`, whole trajectory at the end"}
 VARIANTS = {"eseif": {"solver": "eseif", "background_period": 0}, "ekf": {"solver": "ekf", "background_period": 0},
-            "eseif_paper": {"solver": "eseif", "background_period": 0, "relocation": "blank", "recovery_rings": 0},
+            "eseif_linear": {"solver": "eseif", "background_period": 0, "underweighting": 0.0},
+            "eseif_paper": {"solver": "eseif", "background_period": 0, "relocation": "blank", "recovery_rings": 0,
+                            "underweighting": 0.0},
             "eseif_corrected_at_once": {"solver": "batch"}}
 COLOURS = {"odometry": "tab:gray", "raw": "tab:brown", "ekf": "tab:blue", "eseif": "tab:red", "eseif_paper": "tab:orange",
            "batch": "tab:green", "eseif_corrected_at_once": "tab:purple"}
@@ -50,8 +53,8 @@ def read(file):
 
 
 def simulated_table(runs):
-    lines = ["| solver | aligned [cm] | unaligned [cm] | inside the 90 % ellipse | NEES of (x, y), 2 is ideal | runs |",
-             "|---|---|---|---|---|---|"]
+    lines = ["| solver | error, aligned [cm] | unaligned [cm] | inside the 90 % ellipse, aligned | unaligned "
+             "| NEES of (x, y), aligned; 2 is ideal | unaligned | runs |", "|---|---|---|---|---|---|---|---|"]
     for solver, name in NAMES.items():
         rows = runs.get(solver, [])
         if not rows:
@@ -61,8 +64,16 @@ def simulated_table(runs):
             return cell(mean([float(r[key]) for r in rows]), scale, digits)
 
         lines.append(f"| {name} | {column('aligned_m', 100, 1)} | {column('unaligned_m', 100, 1)} | "
-                     f"{column('share_inside', 100, 0)} % | {column('nees_position', 1, 1)} | {len(rows)} |".replace("- %", "-"))
+                     f"{column('share_inside', 100, 0)} % | {column('share_unaligned', 100, 0)} % | "
+                     f"{column('nees_position', 1, 1)} | {column('nees_unaligned', 1, 1)} | {len(rows)} |".replace("- %", "-"))
     return "\n".join(lines)
+
+
+def by_run(runs):
+    """The same for each world of its own."""
+    worlds = list(dict.fromkeys(row["run"] for row in runs["odometry"]))
+    return "\n\n".join(f"{world}:\n\n" + simulated_table({solver: [r for r in rows if r["run"] == world]
+                                                          for solver, rows in runs.items()}) for world in worlds)
 
 
 def plot_simulated(runs, file, label):
@@ -151,8 +162,9 @@ def run(package, program, *arguments):
         raise SystemExit(" ".join(command) + "\n" + done.stderr)
 
 
-def plaza(data, work, config):
-    """As recorded, and with the odometry's heading drifting by 0.5 degree per metre."""
+def plaza(data, work, config, seeds):
+    """As recorded, and with the odometry's heading drifting by 0.5 degree per metre, to the left or (even seeds) right, and noise
+    of 1 cm and 0.3 degree per square root of a metre."""
     folder = data / "plaza1"
     odometry, truth = (recordings.read_poses(folder / f"{n}.csv") for n in ("odom", "truth"))
     fields, readings = recordings.read_measurements(folder / "measurements.csv")
@@ -161,8 +173,13 @@ def plaza(data, work, config):
     # k^2 L / (2 d).
     drift = math.radians(0.5)
     step = np.hypot(*np.diff(odometry[:, 1:3], axis=0).T).sum() / len(readings)
-    yield "drifting", [Run(work, "plaza1_drift", config, recordings.with_heading_drift(odometry, drift), fields, readings,
-                           truth, True, odom_alpha2=float(drift**2 * 10.0 / (2.0 * step)))]
+    runs = []
+    for seed in range(1, seeds + 1):
+        drifting = recordings.with_heading_drift(odometry, drift if seed % 2 else -drift)
+        drifting = recordings.with_noise(drifting, np.random.default_rng(seed), 0.01, 0.005)
+        runs.append(Run(work, f"plaza1_drift_{seed}", config, drifting, fields, readings, truth, True,
+                        odom_alpha2=float(drift**2 * 10.0 / (2.0 * step))))
+    yield "drifting", runs
 
 
 def utias(data, work, config, seeds):
@@ -250,10 +267,12 @@ def main():
         runs = read(work / f"{name}.csv")
         plot_simulated(runs, output / f"vector_field_slam_{name}.png", label)
         values[name] = simulated_table(runs)
-    few = (arguments.seeds + 4) // 5  # of each robot and walk: about as many runs as seeds
-    parts = {"plaza": ("plaza1", ("eseif_corrected_at_once", "eseif", "ekf", "eseif_paper"), lambda c: plaza(data, work, c)),
-             "utias": ("utias_ds6", ("eseif", "ekf", "eseif_paper"), lambda c: utias(data, work, c, few)),
-             "walks": ("mag_arkit", ("eseif", "ekf"), lambda c: walks(data, work, c, few))}
+    values["hall"] = by_run(read(work / "hall.csv"))
+    parts = {"plaza": ("plaza1", ("eseif_corrected_at_once", "eseif", "ekf", "eseif_paper"), lambda c: plaza(data, work, c, arguments.seeds)),
+             "utias": ("utias_ds6", ("eseif", "ekf", "eseif_paper"),
+                       lambda c: utias(data, work, c, arguments.seeds)),
+             "walks": ("mag_arkit", ("eseif", "ekf", "eseif_linear"),
+                       lambda c: walks(data, work, c, arguments.seeds))}
     for part, (recording, variants, make) in parts.items():
         if not (data / recording).is_dir():
             values[part] = f"(not run: no recording `{recording}`)"

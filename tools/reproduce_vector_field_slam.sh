@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The experiments of vector_field_slam: nine simulated runs of rising multipath, the IEC room, wheel odometry of real robots
+# The experiments of vector_field_slam: nine simulated runs of rising multipath, the IEC room, halls of rising size, wheel odometry of real robots
 # under simulated beacons, real radio ranges, real magnetic walks. Writes docs/results/vector_field_slam.md and its pictures.
 # Results that are there stay in out/vector_field_slam and are not computed again.
 # Usage: tools/reproduce_vector_field_slam.sh [SEEDS]   (default 20, half an hour; 1 is the quick mode)
@@ -18,7 +18,8 @@ simulate() {
   nice rosrun vector_field_slam vector_field_slam_experiment --experiment "$1" --seeds "$2" --corrected-seeds "${3:-3}" >"$out/$1.partial"
   mv "$out/$1.partial" "$out/$1.csv"
 }
-simulate nine "$seeds"
-simulate iec "$(((seeds + 9) / 10))" 0
+simulate nine "$seeds" "$seeds"
+simulate iec "$seeds" 0
+simulate hall "$seeds" 0
 $python tools/reproduce_vector_field_slam.py --data "${FIELD_DATA_DIR:-$root/../shared/data}" --seeds "$seeds" \
   --work "$out" --output docs/results

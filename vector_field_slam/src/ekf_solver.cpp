@@ -8,9 +8,30 @@
 
 namespace vector_field_slam {
 
+namespace {
+
+/// 1/2 tr(W P W P). @param p over robot and the cell's nodes
 template <int M>
-EkfSolver<M>::EkfSolver(const Model<M>& model, double gate, int most_nodes)
-    : model_(model), gate_(gate), most_nodes_(most_nodes) {}
+double curvature_variance(const Curvature<double, M>& curvature,
+                          const Eigen::Matrix<double, kRobot + 4 * M, kRobot + 4 * M>& p) {
+  Eigen::Matrix<double, kPose, kRobot + 4 * M, Eigen::RowMajor> a;
+  for (int i = 0; i < kPose; ++i) {
+    a.row(i).template head<kRobot>() = Eigen::Map<const RobotVector>(curvature.robot[i]);
+    a.row(i).template tail<4 * M>() =
+        Eigen::Map<const Eigen::Matrix<double, 4 * M, 1>>(curvature.nodes[i]);
+  }
+  using Matrix = Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor>;
+  const Eigen::Matrix<double, kPose, kRobot + 4 * M> ap = a * p;
+  const Matrix ee = p.template topLeftCorner<kPose, kPose>(),
+               ea = ap.template leftCols<kPose>().transpose(), aa = ap * a.transpose();
+  return ee.cwiseProduct(aa).sum() + ea.cwiseProduct(ea.transpose()).sum();
+}
+
+}  // namespace
+
+template <int M>
+EkfSolver<M>::EkfSolver(const Model<M>& model, double gate, int most_nodes, double underweighting)
+    : model_(model), gate_(gate), underweighting_(underweighting), most_nodes_(most_nodes) {}
 
 template <int M>
 void EkfSolver<M>::reserve(int variables) {
@@ -136,6 +157,18 @@ double EkfSolver<M>::correlate(const double* row, const int* nodes,
 }
 
 template <int M>
+typename EkfSolver<M>::LocalMatrix EkfSolver<M>::local_covariance(const int* nodes) const {
+  int at[kRobot + 4 * M];
+  for (int i = 0; i < kRobot; ++i) at[i] = i;
+  for (int i = 0; i < 4 * M; ++i) at[kRobot + i] = first(nodes[i / M]) + i % M;
+  LocalMatrix p;
+  for (int i = 0; i < p.rows(); ++i) {
+    for (int j = 0; j < p.cols(); ++j) p(i, j) = covariance_(at[i], at[j]);
+  }
+  return p;
+}
+
+template <int M>
 field_core::UpdateResult EkfSolver<M>::observe(const Mounting<double>& mounting,
                                                const Observation<double>* observations, int count) {
   const SensorPose<double> sensor(mean_.data(), mounting);
@@ -159,16 +192,21 @@ field_core::UpdateResult EkfSolver<M>::observe(const Mounting<double>& mounting,
 
   const Interpolation<double> at(model_.grid, cell, sensor.x, sensor.y);
   double rows[M][kRobot + 4 * M], innovation[M], variances[M];
+  const LocalMatrix local = local_covariance(nodes);
   int used = 0;
   for (int k = 0; k < count; ++k) {
     const auto p =
         model_.sensor.predict(observations[k].channel, sensor, mean_.data() + kPose, at, values);
     local_row<double, M>(p, at, observations[k].channel, rows[used]);
     project(rows[used], nodes, gain_.col(used).head(size_));
-    const double variance =
-        correlate(rows[used], nodes, gain_.col(used)) + observations[k].variance;
-    innovation[used] = observations[k].value - p.value;
     variances[used] = observations[k].variance;
+    if (underweighting_ > 0.0) {
+      variances[used] += underweighting_ *
+                         curvature_variance<M>(
+                             {model_.sensor, observations[k].channel, sensor, at, values}, local);
+    }
+    const double variance = correlate(rows[used], nodes, gain_.col(used)) + variances[used];
+    innovation[used] = observations[k].value - p.value;
     if (gate_ > 0.0 && innovation[used] * innovation[used] > gate_ * variance) continue;
     ++used;
   }

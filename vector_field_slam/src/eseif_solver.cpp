@@ -16,6 +16,7 @@ EseifConfig<double, M> make_config(const Model<M>& model, const EseifOptions& op
     c.extrapolation_variance[i] = model.extrapolation_variance[i];
   }
   c.gate = options.gate;
+  c.underweighting = options.underweighting;
   c.relocation = options.relocation;
   for (int i = 0; i < kRobot; ++i) c.relocation_variance[i] = options.relocation_variance[i];
   c.rings = options.rings;

@@ -26,6 +26,7 @@ double chi_square_quantile(double p) {
 EseifOptions eseif_options(const VectorFieldSlamParams& p, double gate) {
   EseifOptions o;
   o.gate = gate;
+  o.underweighting = p.underweighting;
   o.relocation = p.relocation;
   const double xy = square(p.relocation_stddev_xy), c = square(p.relocation_stddev_calibration);
   o.relocation_variance << xy, xy, square(p.relocation_stddev_a), c, c;
@@ -49,7 +50,7 @@ std::unique_ptr<Solver> make(const VectorFieldSlamParams& params,
   const Model<M> model(params, channels);
   switch (params.solver) {
     case SolverType::ekf:
-      return std::make_unique<EkfSolver<M>>(model, gate, params.max_nodes);
+      return std::make_unique<EkfSolver<M>>(model, gate, params.max_nodes, params.underweighting);
     case SolverType::eseif:
       if (params.background_period == 0) {
         return std::make_unique<EseifSolver<M>>(model, eseif_options(params, gate));

@@ -17,6 +17,7 @@ using field_core::SE2;
 struct Options {
   double side = 4.0;    ///< of the square [m]
   double step = 0.4;    ///< between samples [m]
+  double slope = 0.4;   ///< of the field [1/m]: one over the height of the spots
   double bend = 0.02;   ///< amplitude of the field's deviation from a plane
   double noise = 0.02;  ///< of the sensor
   field_core::OdometryNoise odometry{0.0001, 0.0001, 0.0005, 0.00001};
@@ -63,7 +64,8 @@ class World {
 
   Eigen::Vector4d field(double x, double y) const {
     const double b = options.bend * std::sin(0.7 * x) * std::cos(0.9 * y);
-    return {0.5 - 0.4 * x + b, 0.3 - 0.4 * y - b, -0.2 - 0.4 * x - b, 0.1 - 0.4 * y + b};
+    const double dx = options.slope * x, dy = options.slope * y;
+    return {0.5 - dx + b, 0.3 - dy - b, -0.2 - dx - b, 0.1 - dy + b};
   }
 
   void drive(int samples) {

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "field_core/random.hpp"
@@ -172,25 +174,46 @@ struct Aligned {
 
 inline Aligned align(const std::vector<SE2>& truth, const std::vector<SE2>& estimates,
                      const std::vector<Eigen::Matrix2d>& covariances) {
-  const auto n = static_cast<Eigen::Index>(truth.size());
-  Eigen::Matrix2Xd a(2, n), b(2, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    a.col(i) = estimates[i].translation();
-    b.col(i) = truth[i].translation();
+  const auto n = static_cast<double>(truth.size());
+  Eigen::Vector2d from(0.0, 0.0), to(0.0, 0.0);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    from += estimates[i].translation() / n;
+    to += truth[i].translation() / n;
   }
-  const Eigen::Matrix3d t = Eigen::umeyama(a, b, false);
-  const Eigen::Matrix2d r = t.topLeftCorner<2, 2>();
+  double along = 0.0, across = 0.0;  // of the turn that fits best
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector2d a = estimates[i].translation() - from, b = truth[i].translation() - to;
+    along += a.dot(b);
+    across += a.x() * b.y() - a.y() * b.x();
+  }
+  const Eigen::Matrix2d r = Eigen::Rotation2Dd(std::atan2(across, along)).toRotationMatrix();
   Aligned result;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Vector2d e = r * a.col(i) + t.topRightCorner<2, 1>() - b.col(i);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector2d e =
+        r * (estimates[i].translation() - from) - (truth[i].translation() - to);
     result.mean += e.norm() / n;
     if (covariances.empty()) continue;
     const Eigen::Matrix2d p = r * covariances[i] * r.transpose();
     const double m = e.dot(p.inverse() * e);
     result.nees += m / n;
-    result.share_inside += (m <= 4.605) / static_cast<double>(n);
+    result.share_inside += (m <= 4.605) / n;
   }
   return result;
+}
+
+/// Share inside the 90 % ellipse and mean NEES of (x, y) [2 is ideal] of positions as they are.
+inline std::pair<double, double> consistency(const std::vector<SE2>& truth,
+                                             const std::vector<SE2>& estimates,
+                                             const std::vector<Eigen::Matrix2d>& covariances) {
+  double share = 0.0, nees = 0.0;
+  const auto n = static_cast<double>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector2d e = estimates[i].translation() - truth[i].translation();
+    const double m = e.dot(covariances[i].inverse() * e);
+    nees += m / n;
+    share += (m <= 4.605) / n;
+  }
+  return {share, nees};
 }
 
 /// Odometry noise of the estimator that matches the simulated one over a period.
@@ -216,6 +239,7 @@ inline vector_field_slam::VectorFieldSlamParams params(const Room& s) {
 
 struct Outcome {
   Aligned aligned;
+  double unaligned = 0.0, share_unaligned = 0.0, nees_unaligned = 0.0;
   int skipped = 0;
 };
 
@@ -239,6 +263,12 @@ inline Outcome run(const std::vector<Step>& steps,
     now = next;
   }
   outcome.aligned = align(truth, estimates, covariances);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    outcome.unaligned += (estimates[i].translation() - truth[i].translation()).norm() /
+                         static_cast<double>(truth.size());
+  }
+  std::tie(outcome.share_unaligned, outcome.nees_unaligned) =
+      consistency(truth, estimates, covariances);
   return outcome;
 }
 

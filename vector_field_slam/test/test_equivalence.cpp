@@ -29,10 +29,14 @@ void drive(World& world, Solver& a, Solver* b, SE2 delta, int steps) {
   }
 }
 
-TEST(Equivalence, InformationFormEqualsCovarianceFormWithinACell) {
+class Equivalence : public ::testing::TestWithParam<double> {};
+
+TEST_P(Equivalence, InformationFormEqualsCovarianceFormWithinACell) {
   World world;
-  EkfSolver<M> ekf(world.model, 0.0, 1000);
-  EseifSolver<M> eseif(world.model, {});
+  EkfSolver<M> ekf(world.model, 0.0, 1000, GetParam());
+  EseifOptions options;
+  options.underweighting = GetParam();
+  EseifSolver<M> eseif(world.model, options);
   const StartState start = world.start();
   ekf.start(start);
   eseif.start(start);
@@ -49,6 +53,8 @@ TEST(Equivalence, InformationFormEqualsCovarianceFormWithinACell) {
   EXPECT_LT((eseif.information() * ekf.covariance() - Eigen::MatrixXd::Identity(21, 21)).norm(),
             1e-6);  // the condition number of the product's factors is about 1e5
 }
+
+INSTANTIATE_TEST_SUITE_P(Underweighting, Equivalence, ::testing::Values(0.0, 4.0));
 
 struct Variant {
   const char* name;

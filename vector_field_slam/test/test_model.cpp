@@ -8,6 +8,8 @@
 #include "field_core/errors.hpp"
 #include "field_core/random.hpp"
 #include "vector_field_slam/model.hpp"
+#include "vector_field_slam/solver.hpp"
+#include "vector_field_slam/underweighting.hpp"
 
 using namespace vector_field_slam;
 
@@ -76,6 +78,59 @@ TEST_P(Sensors, JacobianEqualsDifferences) {
       }
     }
   }
+}
+
+/// W of underweighting.hpp against differences of the rows of H.
+TEST_P(Sensors, CurvatureEqualsDifferencesOfTheJacobian) {
+  field_core::Random random(9);
+  const Local local = draw(random);
+  const double* nodes[4];
+  for (int j = 0; j < 4; ++j) nodes[j] = local.data() + kRobot + j * M;
+  const SensorPose<double> sensor(local.data(), mounting);
+  const Interpolation<double> at(model.grid, cell, sensor.x, sensor.y);
+  for (int channel = 0; channel < M; ++channel) {
+    const Curvature<double, M> c(model.sensor, channel, sensor, at, nodes);
+    Eigen::Matrix<double, kLocal, kLocal> w = w.Zero();
+    for (int i = 0; i < kPose; ++i) {
+      Local a;
+      a << Eigen::Map<const RobotVector>(c.robot[i]),
+          Eigen::Map<const Eigen::Matrix<double, 4 * M, 1>>(c.nodes[i]);
+      w.row(i) += a.transpose();
+      w.col(i) += a;
+    }
+    for (int i = 0; i < kLocal; ++i) {
+      const double h = 1e-5;
+      Local plus = local, minus = local, above, below;
+      plus[i] += h;
+      minus[i] -= h;
+      predict(plus, channel, above.data());
+      predict(minus, channel, below.data());
+      EXPECT_LT(((above - below) / (2.0 * h) - w.col(i)).cwiseAbs().maxCoeff(), 2e-8)
+          << "channel " << channel << ", variable " << i;
+    }
+  }
+}
+
+/// Against the matrices themselves.
+TEST(Underweighting, VarianceIsHalfTheTraceOfTheSquare) {
+  field_core::Random random(4);
+  constexpr int n = 6;
+  Eigen::Matrix<double, n, n> root, w = w.Zero();
+  for (double& x : root.reshaped()) x = random.normal();
+  const Eigen::Matrix<double, n, n> p = root * root.transpose();
+  Eigen::Matrix<double, kPose, n> a, e = e.Identity();
+  for (double& x : a.reshaped()) x = random.normal();
+  for (int i = 0; i < kPose; ++i) {
+    w += e.row(i).transpose() * a.row(i) + a.row(i).transpose() * e.row(i);
+  }
+  using Matrix = Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor>;
+  const Matrix ee = e * p * e.transpose(), ea = e * p * a.transpose(), aa = a * p * a.transpose();
+  const auto rows = [](const Matrix& m) {
+    return reinterpret_cast<const double(*)[kPose]>(m.data());
+  };
+  const double expected = 0.5 * (w * p * w * p).trace();
+  EXPECT_NEAR((Curvature<double, 4>::variance(rows(ee), rows(ea), rows(aa))), expected,
+              1e-12 * expected);
 }
 
 TEST_P(Sensors, FieldValueInvertsPredict) {

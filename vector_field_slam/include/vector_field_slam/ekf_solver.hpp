@@ -4,6 +4,7 @@
 
 #include "vector_field_slam/node_table.hpp"
 #include "vector_field_slam/solver.hpp"
+#include "vector_field_slam/underweighting.hpp"
 
 namespace vector_field_slam {
 
@@ -13,7 +14,8 @@ template <int M>
 class EkfSolver final : public Solver {
  public:
   /// @param gate largest squared innovation, in its variance, that is believed; 0: any
-  EkfSolver(const Model<M>& model, double gate, int most_nodes);
+  /// @param underweighting see underweighting.hpp
+  EkfSolver(const Model<M>& model, double gate, int most_nodes, double underweighting = 0.0);
 
   void start(const StartState& state) override;
   void move(const OdometryStep<double>& step, double calibration_variance) override;
@@ -42,6 +44,7 @@ class EkfSolver final : public Solver {
 
  private:
   using Values = Eigen::Matrix<double, M, 1>;
+  using LocalMatrix = Eigen::Matrix<double, kRobot + 4 * M, kRobot + 4 * M>;
   static int first(int node) { return kRobot + M * node; }
   void reserve(int variables);
   /// One more node, independent of all others.
@@ -51,11 +54,13 @@ class EkfSolver final : public Solver {
   void find_nodes(GridIndex cell, int* nodes, const double** values) const;
   /// Columns of P H^T for one reading. @param row its row of H over robot and the cell's nodes
   void project(const double* row, const int* nodes, Eigen::Ref<Eigen::VectorXd> column) const;
+  /// P over robot and the cell's nodes, in the order of local_row().
+  LocalMatrix local_covariance(const int* nodes) const;
   double correlate(const double* row, const int* nodes,
                    const Eigen::Ref<const Eigen::VectorXd>& column) const;
 
   Model<M> model_;
-  double gate_;
+  double gate_, underweighting_;
   int most_nodes_;
   NodeTable table_;
   int size_ = 0;         ///< variables in use; the rest is room to grow

@@ -11,6 +11,7 @@
 #include "vector_field_slam/eseif_config.hpp"
 #include "vector_field_slam/eseif_nodes.hpp"
 #include "vector_field_slam/eseif_window.hpp"
+#include "vector_field_slam/underweighting.hpp"
 
 namespace vector_field_slam {
 
@@ -108,6 +109,7 @@ class Eseif {
               Report& report);
   void linearize(const Mounting<S>& mounting, const Observation<S>* readings, int count,
                  Linearized& rows) const;
+  S curvature_variance(const Curvature<S, M>& curvature) const;
   bool correct(const Linearized& rows, Report& report);
   void add_information(const Linearized& rows);
   void apply(const S* step);

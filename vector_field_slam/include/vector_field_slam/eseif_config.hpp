@@ -21,6 +21,7 @@ struct EseifConfig {
   S prior_variance[M];          ///< of a node nobody knows anything of, > 0
   S extrapolation_variance[M];  ///< S of eq. (14), > 0
   S gate = S(0);  ///< largest squared innovation, in its variance, that is believed; 0: any
+  S underweighting = S(0);  ///< factor of the second-order variance, see underweighting.hpp
   Relocation relocation = Relocation::window;
   S relocation_variance[kRobot] = {};  ///< diagonal of R0 (eq. 42), for Relocation::blank
   int rings = 1;                       ///< of nodes around the cell, recovered with it

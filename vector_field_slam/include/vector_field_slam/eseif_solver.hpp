@@ -10,6 +10,7 @@ namespace vector_field_slam {
 /// How the filter changes cells, beside the model.
 struct EseifOptions {
   double gate = 0.0;  ///< largest squared innovation, in its variance, that is believed; 0: any
+  double underweighting = 0.0;
   Relocation relocation = Relocation::window;
   RobotVector relocation_variance = RobotVector::Zero();  ///< R0, for Relocation::blank
   int rings = 1;

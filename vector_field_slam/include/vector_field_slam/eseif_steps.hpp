@@ -213,14 +213,43 @@ void Eseif<S, M, Map, MaxRings>::linearize(const Mounting<S>& mounting,
     for (int i = 0; i < kNodes; ++i) v[i] = rows.h_nodes[row][i];
     for (int r = 0; r < kRobot; ++r) rows.h_robot[row][r] = v[kNodes + r] = p.robot[r];
     dense::forward(matrix_, kLocal, kLocal, v);
-    S variance = readings[k].variance;
+    rows.variance[row] = readings[k].variance;
+    if (config_.underweighting > S(0)) {
+      rows.variance[row] +=
+          config_.underweighting * curvature_variance({config_.sensor, channel, sensor, at, nodes});
+    }
+    S variance = rows.variance[row];
     for (int i = 0; i < kLocal; ++i) variance += v[i] * v[i];
     const S innovation = readings[k].value - p.value;
     rows.innovation[row] = innovation;
-    rows.variance[row] = readings[k].variance;
     const bool far_off = innovation * innovation > config_.gate * variance;
     if (!(config_.gate > S(0) && far_off)) ++rows.used;
   }
+}
+
+/// 1/2 tr(W P W P) with P = U^-1 U^-T, U in matrix_. O((4 M)^2)
+template <class S, int M, class Map, int MaxRings>
+S Eseif<S, M, Map, MaxRings>::curvature_variance(const Curvature<S, M>& curvature) const {
+  const S* const corner = matrix_ + kNodes * kLocal + kNodes;  // of the robot, last in U
+  S e[kPose][kRobot] = {}, a[kPose][kLocal], ee[kPose][kPose], ea[kPose][kPose], aa[kPose][kPose];
+  for (int i = 0; i < kPose; ++i) {
+    e[i][i] = S(1);
+    dense::forward(corner, kRobot, kLocal, e[i]);
+    for (int k = 0; k < kNodes; ++k) a[i][k] = curvature.nodes[i][k];
+    for (int r = 0; r < kRobot; ++r) a[i][kNodes + r] = curvature.robot[i][r];
+    dense::forward(matrix_, kLocal, kLocal, a[i]);
+  }
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
+      ee[i][j] = ea[i][j] = aa[i][j] = S(0);
+      for (int r = 0; r < kRobot; ++r) {
+        ee[i][j] += e[i][r] * e[j][r];
+        ea[i][j] += e[i][r] * a[j][kNodes + r];
+      }
+      for (int k = 0; k < kLocal; ++k) aa[i][j] += a[i][k] * a[j][k];
+    }
+  }
+  return Curvature<S, M>::variance(ee, ea, aa);
 }
 
 template <class S, int M, class Map, int MaxRings>

@@ -36,6 +36,7 @@ inline EseifConfig<float, M> configuration() {
     c.extrapolation_variance[i] = 0.04f;
   }
   c.gate = 15.0f;
+  c.underweighting = 4.0f;
   return c;
 }
 
