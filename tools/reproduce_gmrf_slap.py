@@ -16,9 +16,8 @@ import numpy as np  # noqa: E402
 from matplotlib.patches import Ellipse  # noqa: E402
 
 BELIEFS = {"trajectories": "trajectories (default)", "lattice": "weights on sites", "gaussian": "the paper's Gaussian (eq. 7)"}
-# The number of seeds is divided by these: what takes minutes a run.
-ROBOTS = {2: 1, 5: 4}
-SIDES = {31: 1, 101: 4, 301: 20}
+ROBOTS = (2, 5)
+SIDES = (31, 101, 301)
 NOISE_M, SIDE, SEEDS = 10.0, 31, 20
 # A field drawn from the paper's prior has this standard deviation: real ones are scaled to it, nothing else is told.
 FIELD_STDDEV = (4.0 * math.pi * 0.1 * 50.0) ** -0.5
@@ -32,10 +31,10 @@ class Runs:
         self.folder, self.seeds = folder, seeds
         folder.mkdir(parents=True, exist_ok=True)
 
-    def simulate(self, name, seeds=None, **options):
+    def simulate(self, name, **options):
         """Rows of the program's CSV by case; done once, in a file that says what was asked."""
         file = self.folder / f"{name}.csv"
-        arguments = [f"{k}={v}" for k, v in {"seeds": seeds or self.seeds, **options}.items()]
+        arguments = [f"{k}={v}" for k, v in {"seeds": self.seeds, **options}.items()]
         head = "# " + " ".join(arguments)
         if not file.exists() or file.read_text().splitlines()[0] != head:
             print(name, *arguments, flush=True)
@@ -114,7 +113,7 @@ def paper_section(runs):
 def robots_section(runs, counts):
     lines = [HEAD.format("robots")]
     for count in counts:
-        cases = runs.simulate(f"robots_{count}", max(1, runs.seeds // ROBOTS[count]), robots=count, cases="123")
+        cases = runs.simulate(f"robots_{count}", robots=count, cases="123")
         label = f"{count} ({counted(cases[3])})"
         lines.append(taken_as_exact_row(f"{label}, case 2", cases))
         lines.append(estimated_row(f"{label}, case 3", cases))
@@ -124,7 +123,7 @@ def robots_section(runs, counts):
 def grids_section(runs, sides):
     lines = [HEAD.format("sites, engine: local")]
     for side in sides:
-        cases = runs.simulate(f"grid_{side}", max(1, runs.seeds // SIDES[side]), side=side, engine="local",
+        cases = runs.simulate(f"grid_{side}", side=side, engine="local",
                               known_start=1, cases="13", score_every=100)
         lines.append(estimated_row(f"{side} x {side} ({counted(cases[3])})", cases))
     return "\n".join(lines)
