@@ -12,7 +12,7 @@ using field_core::KernelType;
 
 namespace {
 
-const Hyperparameters kTruth{20.0, 2.0, 0.3, {1.5, 3.0}};
+const Hyperparameters kTruth{20.0, 2.0, 0.3, Eigen::Vector2d(1.5, 3.0)};
 
 /// A draw of the Gaussian process itself.
 FieldSurvey draw(int n, std::uint64_t seed) {
