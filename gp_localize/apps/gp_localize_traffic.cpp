@@ -1,7 +1,7 @@
 // The paper's traffic experiment over several seeds, one CSV line per seed and method.
 //   gp_localize_traffic data=FOLDER [key=value ...]
-// Keys: seeds, first_seed, steps, particles (and sample paths), methods=a,b,...; describe=1 prints
-// the graph and what is learned of the field instead; dump=FILE writes errors by step,
+// Keys: seeds, first_seed, steps, stops, particles (and sample paths), methods=a,b,...; describe=1
+// prints the graph and what is learned of the field instead; dump=FILE writes errors by step,
 // dump_map=FILE the network with the first seed's route
 #include <cstdio>
 #include <iostream>
@@ -81,7 +81,8 @@ void dump_map(const TrafficStudy& study, const std::string& path) {
 
 int run(const Options& options) {
   TrafficSettings settings;
-  settings.steps = number(options, "steps", settings.steps, 2);
+  settings.driving.steps = number(options, "steps", settings.driving.steps, 2);
+  settings.driving.stops = number(options, "stops", settings.driving.stops, 0);
   settings.particles = number(options, "particles", settings.particles, 1);
   settings.sample_paths = settings.particles;
   TrafficStudy study(options.at("data"), settings);
@@ -124,7 +125,7 @@ int main(int argc, char** argv) {
   const bool help = options.count("--help") > 0;
   if (help || !options.count("data")) {
     (help ? std::cout : std::cerr)
-        << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] "
+        << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] [stops=0] "
            "[particles=400]\n         [methods=a,b,...] [describe=1] [dump=FILE] [dump_map=FILE]\n";
     return help ? 0 : 2;
   }

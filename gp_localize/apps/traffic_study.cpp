@@ -19,7 +19,7 @@ GraphMotion learn_motion(const TrafficNetwork& network, const Eigen::VectorXd& s
   GraphMotion motion(network.graph);
   field_core::Random random(kTraining);
   for (int vehicle = 0; vehicle < s.training_vehicles; ++vehicle) {
-    motion.learn(drive(network.graph, speeds, s.steps, s.step_s, random));
+    motion.learn(drive(network.graph, speeds, Driving(), random));
   }
   return motion;
 }
@@ -99,7 +99,7 @@ void TrafficStudy::prepare_field() {
 TrafficStudy::Run TrafficStudy::simulate(std::uint64_t seed) const {
   field_core::Random random(kVehicle + seed);
   const Eigen::VectorXd truth = speeds(settings_.test_day);
-  Run run{drive(network_.graph, truth, settings_.steps, settings_.step_s, random), {}};
+  Run run{drive(network_.graph, truth, settings_.driving, random), {}};
   for (const int node : run.route) {
     run.readings.push_back(truth[node] + settings_.reading_stddev * random.normal());
   }

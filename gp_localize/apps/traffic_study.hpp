@@ -13,8 +13,7 @@
 namespace gp_localize {
 
 struct TrafficSettings {
-  int steps = 370;              ///< the paper's
-  double step_s = 60.0;         ///< about one segment at free flow
+  Driving driving;              ///< of the vehicle; 370 steps are the paper's
   int test_day = 5;             ///< Tuesday, 6 March 2012
   int training_day = 0;         ///< Thursday; the Friday after it says how much days differ
   double minute = 1050.0;       ///< 17:30, evening peak as in the paper

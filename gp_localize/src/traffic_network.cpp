@@ -134,19 +134,21 @@ int row_at(const TrafficNetwork& network, int day, double minute_of_day) {
   return static_cast<int>(found - minutes.begin());
 }
 
-std::vector<int> drive(const Graph& graph, const Eigen::VectorXd& speeds_mph, int steps,
-                       double step_s, field_core::Random& random) {
+std::vector<int> drive(const Graph& graph, const Eigen::VectorXd& speeds_mph,
+                       const Driving& driving, field_core::Random& random) {
   constexpr double kTaste = 0.3;
+  const auto anywhere = [&] { return static_cast<int>(random.index(graph.nodes())); };
   const std::vector<double> times = travel_times(graph, speeds_mph);
-  std::vector<int> route;
-  int node = static_cast<int>(random.index(graph.nodes()));
+  std::vector<int> route, stops(driving.stops);
+  for (int& stop : stops) stop = anywhere();
+  int node = anywhere();
   double time_in = 0.0;  // half of the way to the node
   const auto stay = [&](double time_out) {
-    const long reports = std::max(1L, std::lround((time_in + time_out) / step_s));
+    const long reports = std::max(1L, std::lround((time_in + time_out) / driving.step_s));
     route.insert(route.end(), reports, node);
   };
-  while (static_cast<int>(route.size()) < steps) {
-    const int goal = static_cast<int>(random.index(graph.nodes()));
+  for (int trip = 0; static_cast<int>(route.size()) < driving.steps; ++trip) {
+    const int goal = stops.empty() ? anywhere() : stops[trip % driving.stops];
     std::vector<double> cost = times;
     for (double& c : cost) c *= std::exp(kTaste * random.normal());
     for (const int arc : quickest(graph, cost, node, goal)) {
@@ -155,7 +157,7 @@ std::vector<int> drive(const Graph& graph, const Eigen::VectorXd& speeds_mph, in
       node = graph.head(arc);
     }
   }
-  route.resize(steps);
+  route.resize(driving.steps);
   return route;
 }
 

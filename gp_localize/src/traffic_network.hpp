@@ -29,11 +29,19 @@ TrafficNetwork read_traffic_network(const std::string& folder);
 /// Row of the speeds at a time of a day, day 0 the first. @throws DataError if there is none
 int row_at(const TrafficNetwork& network, int day, double minute_of_day);
 
-/// Drives `steps` steps: trips between random nodes by the quickest path at the speeds of one row
-/// (mph, per node) under the driver's own view of each road, log-normal with standard deviation
-/// 0.3, drawn anew for each trip. One step per node passed, more while it takes longer than
-/// `step_s`. Returns the node of each step.
-std::vector<int> drive(const Graph& graph, const Eigen::VectorXd& speeds_mph, int steps,
-                       double step_s, field_core::Random& random);
+/// How a vehicle drives.
+struct Driving {
+  int steps = 370;
+  double step_s = 60.0;
+  /// 0: each trip leads to a random node; else so many random nodes of its own, in turn.
+  int stops = 0;
+};
+
+/// The node of each step of a vehicle that starts at a random node. Trips lead along the quickest
+/// path at the given speeds (mph, per node) under the driver's own view of each road, log-normal
+/// with standard deviation 0.3, drawn anew for each trip. One step per node passed, more where that
+/// takes longer than step_s.
+std::vector<int> drive(const Graph& graph, const Eigen::VectorXd& speeds_mph,
+                       const Driving& driving, field_core::Random& random);
 
 }  // namespace gp_localize

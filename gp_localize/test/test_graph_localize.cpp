@@ -296,8 +296,8 @@ TEST_F(TrafficFiles, ThatAreWrongAreNamedByFileAndLine) {
 TEST_F(TrafficFiles, VehiclesDriveAlongEdges) {
   const TrafficNetwork n = read_traffic_network(folder.string());
   field_core::Random random(1);
-  const auto fast = drive(n.graph, VectorXd::Constant(3, 60.0), 200, 60.0, random);
-  const auto slow = drive(n.graph, VectorXd::Constant(3, 10.0), 200, 60.0, random);
+  const auto fast = drive(n.graph, VectorXd::Constant(3, 60.0), {200, 60.0}, random);
+  const auto slow = drive(n.graph, VectorXd::Constant(3, 10.0), {200, 60.0}, random);
   ASSERT_EQ(fast.size(), 200u);
   int held_fast = 0, held_slow = 0;
   for (std::size_t i = 1; i < fast.size(); ++i) {
