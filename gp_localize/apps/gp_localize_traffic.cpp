@@ -1,6 +1,7 @@
 // The paper's traffic experiment over several seeds, one CSV line per seed and method.
 //   gp_localize_traffic data=FOLDER [key=value ...]
-// Keys: seeds, first_seed, steps, stops, particles (and sample paths), methods=a,b,...; describe=1
+// Keys: seeds, first_seed, steps, vehicle=generated|trips, stops, particles (and
+// sample paths), methods=a,b,...; describe=1
 // prints the graph and what is learned of the field instead; dump=FILE writes errors by step,
 // dump_map=FILE the network with the first seed's route
 #include <cstdio>
@@ -81,6 +82,11 @@ void dump_map(const TrafficStudy& study, const std::string& path) {
 
 int run(const Options& options) {
   TrafficSettings settings;
+  const std::string vehicle = options.count("vehicle") ? options.at("vehicle") : "generated";
+  if (vehicle != "generated" && vehicle != "trips") {
+    throw field_core::DataError("vehicle=" + vehicle + " is not one of generated, trips");
+  }
+  settings.vehicle = vehicle == "trips" ? Vehicle::trips : Vehicle::generated;
   settings.driving.steps = number(options, "steps", settings.driving.steps, 2);
   settings.driving.stops = number(options, "stops", settings.driving.stops, 0);
   settings.particles = number(options, "particles", settings.particles, 1);
@@ -125,7 +131,8 @@ int main(int argc, char** argv) {
   const bool help = options.count("--help") > 0;
   if (help || !options.count("data")) {
     (help ? std::cout : std::cerr)
-        << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] [stops=0] "
+        << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] "
+           "[vehicle=generated] [stops=0] "
            "[particles=400]\n         [methods=a,b,...] [describe=1] [dump=FILE] [dump_map=FILE]\n";
     return help ? 0 : 2;
   }

@@ -12,15 +12,20 @@
 
 namespace gp_localize {
 
+/// Where vehicles come from: drawn from the learned motion model, which is how we read the paper's
+/// "generated trajectory"; or on trips of their own, which the model only approximates.
+enum class Vehicle { generated, trips };
+
 struct TrafficSettings {
+  Vehicle vehicle = Vehicle::generated;
   Driving driving;              ///< of the vehicle; 370 steps are the paper's
   int test_day = 5;             ///< Tuesday, 6 March 2012
   int training_day = 0;         ///< Thursday; the Friday after it says how much days differ
   double minute = 1050.0;       ///< 17:30, evening peak as in the paper
   double reading_stddev = 2.0;  ///< [mph] of a vehicle's own speed about the detector's
-  int training_vehicles = 200;
-  int embedding = 5;                                                       ///< coordinates
-  int particles = 400, sample_paths = 400, support = 40, slice_size = 10;  ///< the paper's
+  int training_vehicles = 200;  ///< of trips
+  int embedding = 5;            ///< coordinates
+  int particles = 400, sample_paths = 400, support = 40;  ///< the paper's
 };
 
 /// A node as a place: `embedding` coordinates of the graph [km] and the free-flow speed of the
@@ -28,7 +33,7 @@ struct TrafficSettings {
 struct TrafficDomain {
   std::string name;
   field_core::Places places;
-  LearnedField field;  ///< maximum likelihood on the training day
+  LearnedField field;  ///< maximum likelihood, two readings at each node on the training day
   /// Root mean square error at each node from all others, under these hyperparameters [mph].
   double left_out_training, left_out_test;
 };
