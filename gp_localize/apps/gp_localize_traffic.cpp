@@ -1,9 +1,9 @@
 // The paper's traffic experiment over several seeds, one CSV line per seed and method.
 //   gp_localize_traffic data=FOLDER [key=value ...]
-// Keys: seeds, first_seed, steps, vehicle=generated|trips, stops, particles (and
-// sample paths), methods=a,b,...; describe=1
-// prints the graph and what is learned of the field instead; dump=FILE writes errors by step,
-// dump_map=FILE the network with the first seed's route
+// Keys: seeds, first_seed, steps, vehicle=generated|trips, stops, drawn=1 (a field drawn from the
+// model), particles (and sample paths), methods=a,b,...; describe=1 prints the graph and what is
+// learned of the field instead; dump=FILE writes errors by step, dump_map=FILE the network with the
+// first seed's route
 #include <cstdio>
 #include <iostream>
 #include <map>
@@ -61,7 +61,7 @@ void describe(const TrafficStudy& study) {
   }
 }
 
-void dump_map(const TrafficStudy& study, const std::string& path) {
+void dump_map(TrafficStudy& study, const std::string& path) {
   const TrafficNetwork& n = study.network();
   const std::vector<int> route = study.simulate(1).route;
   std::string text = "what,x1_km,y1_km,x2_km,y2_km,visits\n";
@@ -86,6 +86,7 @@ int run(const Options& options) {
   if (vehicle != "generated" && vehicle != "trips") {
     throw field_core::DataError("vehicle=" + vehicle + " is not one of generated, trips");
   }
+  settings.drawn = number(options, "drawn", 0, 0) != 0;
   settings.vehicle = vehicle == "trips" ? Vehicle::trips : Vehicle::generated;
   settings.driving.steps = number(options, "steps", settings.driving.steps, 2);
   settings.driving.stops = number(options, "stops", settings.driving.stops, 0);
@@ -132,7 +133,7 @@ int main(int argc, char** argv) {
   if (help || !options.count("data")) {
     (help ? std::cout : std::cerr)
         << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] "
-           "[vehicle=generated] [stops=0] "
+           "[vehicle=generated] [stops=0] [drawn=0] "
            "[particles=400]\n         [methods=a,b,...] [describe=1] [dump=FILE] [dump_map=FILE]\n";
     return help ? 0 : 2;
   }

@@ -107,10 +107,20 @@ void TrafficStudy::prepare_field() {
       {{"speed", "mph"}, h.mean, noise_variance, SupportBasis(kernel, support, 1e-8, 0.0)});
 }
 
-TrafficStudy::Run TrafficStudy::simulate(std::uint64_t seed) const {
+Eigen::VectorXd TrafficStudy::draw_field(field_core::Random& random) {
+  prepare_field();
+  Eigen::MatrixXd sigma = field_.front().basis.kernel().matrix(places_, places_);
+  sigma.diagonal().array() += 1e-6 * sigma(0, 0);
+  Eigen::VectorXd white(sigma.rows());
+  for (double& value : white) value = random.normal();
+  return (sigma.llt().matrixL() * white).array() + field_.front().mean;
+}
+
+TrafficStudy::Run TrafficStudy::simulate(std::uint64_t seed) {
   field_core::Random random(kVehicle + seed);
   const Eigen::VectorXd truth = speeds(settings_.test_day);
-  Run run{drive(network_.graph, truth, settings_.driving, random), {}};
+  Run run{truth, drive(network_.graph, truth, settings_.driving, random), {}};
+  if (settings_.drawn) run.field = draw_field(random);
   if (settings_.vehicle == Vehicle::generated) {
     int arc = motion_.arrive(run.route.front(), random);
     for (std::size_t step = 1; step < run.route.size(); ++step) {
@@ -119,7 +129,7 @@ TrafficStudy::Run TrafficStudy::simulate(std::uint64_t seed) const {
     }
   }
   for (const int node : run.route) {
-    run.readings.push_back(truth[node] + settings_.reading_stddev * random.normal());
+    run.readings.push_back(run.field[node] + settings_.reading_stddev * random.normal());
   }
   return run;
 }
@@ -172,7 +182,7 @@ std::vector<Eigen::VectorXd> TrafficStudy::forward(const std::string& method,
                                                    const Run& run) const {
   GraphForwardFilter filter(motion_, certain(network_.graph.nodes(), run.route.front()));
   const Eigen::VectorXd training = speeds(settings_.training_day);
-  const Eigen::VectorXd map = method == "known_field" ? speeds(settings_.test_day) : training;
+  const Eigen::VectorXd map = method == "known_field" ? run.field : training;
   const double own = settings_.reading_stddev * settings_.reading_stddev;
   const double between_days = (speeds(settings_.training_day + 1) - training).cwiseAbs2().mean();
   const double variance = own + (method == "known_field" ? 0.0 : between_days);

@@ -18,6 +18,7 @@ enum class Vehicle { generated, trips };
 
 struct TrafficSettings {
   Vehicle vehicle = Vehicle::generated;
+  bool drawn = false;           ///< the field is no day's, but a draw from the learned model
   Driving driving;              ///< of the vehicle; 370 steps are the paper's
   int test_day = 5;             ///< Tuesday, 6 March 2012
   int training_day = 0;         ///< Thursday; the Friday after it says how much days differ
@@ -56,11 +57,12 @@ class TrafficStudy {
   TrafficDomain domain(bool plane) const;
 
   struct Run {
+    Eigen::VectorXd field;   ///< at each node [mph]
     std::vector<int> route;  ///< node of each step
     std::vector<double> readings;
   };
   /// The vehicle of a seed.
-  Run simulate(std::uint64_t seed) const;
+  Run simulate(std::uint64_t seed);
   static const std::vector<std::string>& methods();
   /// @throws DataError for a method that is not one of methods()
   TrafficResult localize(const std::string& method, const Run& run, std::uint64_t seed);
@@ -69,6 +71,7 @@ class TrafficStudy {
   Eigen::VectorXd speeds(int day) const;
   GpLocalizeParams params(const std::string& method) const;
   void prepare_field();
+  Eigen::VectorXd draw_field(field_core::Random& random);
   std::vector<Eigen::VectorXd> filter(const std::string& method, const Run& run,
                                       std::uint64_t seed);
   std::vector<Eigen::VectorXd> forward(const std::string& method, const Run& run) const;
