@@ -78,7 +78,7 @@ def results_table(results):
 
 
 def plot(results, steps, network, file):
-    """The network with the first seed's route; errors of all seeds by method; mean error by step."""
+    """The network with the first seed's route; errors of all seeds by method; mean error by step of some."""
     figure, axes = plt.subplots(1, 3, figsize=(16, 5))
     for row in network:
         x, y = [float(row["x1_km"]), float(row["x2_km"])], [float(row["y1_km"]), float(row["y2_km"])]
@@ -98,7 +98,7 @@ def plot(results, steps, network, file):
     axes[1].set_xlim(left=0)
     axes[1].tick_params(labelsize=7)
     axes[1].set_xlabel("mean error [segments], generated vehicles")
-    for method in ("motion_only", "gp_localize", "sod_truncate", "sod_even", "known_field"):
+    for method in ("motion_only", "gp_localize", "sod_truncate", "own_gp_localize", "known_field"):
         by_step = {}
         for row in steps:
             if row["method"] == method:
@@ -131,7 +131,7 @@ def reproduce(data, output, page, seeds, pool):
         for row in rows_of(job.result()):
             results.setdefault(vehicle, {}).setdefault(row["method"], []).append(row)
     graph, field = (rows_of(part) for part in described.result().strip().split("\n\n"))
-    steps = [row for group in GROUPS for row in rows_of((output / f"generated_{group}_steps.csv").read_text())]
+    steps = rows_of((output / "generated_quick_steps.csv").read_text())
     picture = page.with_suffix(".png")
     plot(results, steps, rows_of((output / "network.csv").read_text()), output / picture.name)
     shutil.copy(output / picture.name, picture)
