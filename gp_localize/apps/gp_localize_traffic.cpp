@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <iostream>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -122,20 +123,30 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  static const std::string kUsage =
+      "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] "
+      "[particles=400]\n         [vehicle=generated|trips] [stops=0] [drawn=0] [methods=a,b,...] "
+      "[describe=1]\n         [dump=FILE] [dump_map=FILE]\n";
+  static const std::set<std::string> kKeys = {"data",      "seeds",    "first_seed", "steps",
+                                              "particles", "vehicle",  "stops",      "drawn",
+                                              "methods",   "describe", "dump",       "dump_map"};
   Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
+    if (argument == "--help") {
+      std::cout << kUsage;
+      return 0;
+    }
     const std::size_t equals = argument.find('=');
-    options[argument.substr(0, equals)] =
-        equals == std::string::npos ? "" : argument.substr(equals + 1);
+    if (equals == std::string::npos || kKeys.count(argument.substr(0, equals)) == 0) {
+      std::cerr << "'" << argument << "' is not one of its options\n" << kUsage;
+      return 2;
+    }
+    options[argument.substr(0, equals)] = argument.substr(equals + 1);
   }
-  const bool help = options.count("--help") > 0;
-  if (help || !options.count("data")) {
-    (help ? std::cout : std::cerr)
-        << "usage: gp_localize_traffic data=FOLDER [seeds=20] [first_seed=1] [steps=370] "
-           "[vehicle=generated] [stops=0] [drawn=0] "
-           "[particles=400]\n         [methods=a,b,...] [describe=1] [dump=FILE] [dump_map=FILE]\n";
-    return help ? 0 : 2;
+  if (options.count("data") == 0) {
+    std::cerr << kUsage;
+    return 2;
   }
   try {
     return run(options);

@@ -201,7 +201,9 @@ TrafficResult TrafficStudy::localize(const std::string& method, const Run& run,
                                      std::uint64_t seed) {
   const auto& known = methods();
   if (std::find(known.begin(), known.end(), method) == known.end()) {
-    throw field_core::DataError("'" + method + "' is no method");
+    std::string list;
+    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+    throw field_core::DataError("'" + method + "' is no method; there are " + list);
   }
   const bool exact = method == "motion_only" || method == "other_day" || method == "known_field";
   if (!exact) prepare_field();
