@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The experiments of the GP-Localize paper (tables 1 and 2, Pioneer, figure 4b) and on known maps, over many seeds.
+"""The experiments of the GP-Localize paper (tables 1 and 2, traffic, Pioneer, figure 4b) and on known maps, over many seeds.
 
 One rule makes every configuration: hyperparameters by learn_hyperparameters on other data than the run, one support point per
 rectangle of length scales over a neutral box, the same odometry noise, likelihood and particles for all.
@@ -18,6 +18,7 @@ import sys
 import matplotlib
 import yaml
 
+import gp_localize_traffic
 import replays
 
 matplotlib.use("Agg")
@@ -57,6 +58,8 @@ OTHER_MAP = {
 TIMED = {"GP-Localize": "online_pitc", "SoD-Truncate": "sod_truncate", "SoD-Even": "sod_even", "full GP": "full_gp",
          "offline PITC": "offline_pitc", "a map per particle": "particle"}
 STARTS = {"exact start": (1e-4, 1e-4), "start +- 2 m, 0.1 rad": (4.0, 0.01)}
+# The paper's section 4.3 has a page of its own.
+TRAFFIC = "traffic"
 WSS = [f"ap{i}_snr" for i in range(1, 7)]
 # name: folder, sets of fields, box, survey for hyperparameters or (run, its field) to learn them from
 RUNS = {
@@ -261,7 +264,7 @@ def plot_times(experiment, seeds, file):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--only", nargs="+", choices=RUNS, default=list(RUNS))
+    parser.add_argument("--only", nargs="+", choices=[*RUNS, TRAFFIC], default=[*RUNS, TRAFFIC])
     parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP, *OTHER_MAP])
     parser.add_argument("--starts", nargs="+", help="only these starts", default=list(STARTS))
     parser.add_argument("--multiple", action="store_true", help="only all fields together")
@@ -277,7 +280,10 @@ def main():
 
     rows, samples = [], {}
     with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.workers) as pool:
-        for name in arguments.only:
+        if TRAFFIC in arguments.only:
+            gp_localize_traffic.reproduce(arguments.data, arguments.output / TRAFFIC,
+                                          arguments.page.with_name("gp_localize_traffic.md"), arguments.seeds, pool)
+        for name in (name for name in arguments.only if name != TRAFFIC):
             if not (arguments.data / RUNS[name][0]).is_dir():
                 print(f"skipped: {arguments.data / RUNS[name][0]} is not there", file=sys.stderr)
                 continue
@@ -285,6 +291,8 @@ def main():
             rows += measure(experiment, arguments.seeds, pool, wanted, samples)
             if name == "pioneer" and arguments.times:
                 plot_times(experiment, arguments.times, arguments.output / "step_times.png")
+    if not rows:
+        return
     plot_errors(samples, arguments.output / "errors.png")
     text = table(HEADER, rows)
     (arguments.output / "table.md").write_text(text)

@@ -47,18 +47,31 @@ double correlation_slope(KernelType type, double r2) {
 }
 
 Kernel::Kernel(KernelType type, double signal_stddev, const Eigen::Vector2d& length_scales)
-    : type_(type), signal_variance_(signal_stddev * signal_stddev), length_scales_(length_scales) {
+    : type_(type),
+      signal_variance_(signal_stddev * signal_stddev),
+      length_scales_(checked(signal_stddev, length_scales)) {}
+
+Place Kernel::checked(double signal_stddev, const Eigen::VectorXd& length_scales) {
   require_positive("signal_stddev", signal_stddev);
-  require_positive("length_scales", length_scales.x());
-  require_positive("length_scales", length_scales.y());
+  if (length_scales.size() < 1 || length_scales.size() > kMostDimensions) {
+    throw ParameterError("length_scales", std::to_string(length_scales.size()) +
+                                              " of them are not allowed; give 1 to " +
+                                              std::to_string(kMostDimensions));
+  }
+  for (const double length : length_scales) require_positive("length_scales", length);
+  return length_scales;
+}
+
+double Kernel::covariance(double squared_distance) const {
+  return signal_variance_ * correlation(type_, squared_distance);
 }
 
 double Kernel::operator()(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {
-  return signal_variance_ * correlation(type_, (a - b).cwiseQuotient(length_scales_).squaredNorm());
+  return covariance((a - b).cwiseQuotient(length_scales_).squaredNorm());
 }
 
-Eigen::MatrixXd Kernel::matrix(const Eigen::Ref<const Eigen::Matrix2Xd>& a,
-                               const Eigen::Ref<const Eigen::Matrix2Xd>& b) const {
+Eigen::MatrixXd Kernel::matrix(const Eigen::Ref<const Places>& a,
+                               const Eigen::Ref<const Places>& b) const {
   Eigen::MatrixXd k(a.cols(), b.cols());
   for (Eigen::Index j = 0; j < b.cols(); ++j) {
     for (Eigen::Index i = 0; i < a.cols(); ++i) k(i, j) = (*this)(a.col(i), b.col(j));

@@ -29,9 +29,9 @@ std::vector<int> select_subset(ObservationModelType model, int count, int size) 
   return chosen;
 }
 
-void DenseGp::append(const field_core::Kernel& kernel, const Eigen::Vector2d& place, double value,
+void DenseGp::append(const field_core::Kernel& kernel, const field_core::Place& place, double value,
                      double noise_variance) {
-  data_.emplace_back(place.x(), place.y(), value, noise_variance);
+  data_.push_back({place, value, noise_variance});
   std::vector<int> next = select_subset(model_, static_cast<int>(data_.size()), subset_size_);
   const bool grows =
       next.size() == used_.size() + 1 && std::equal(used_.begin(), used_.end(), next.begin());
@@ -48,12 +48,12 @@ void DenseGp::append_row(const field_core::Kernel& kernel) {
   if (factor_.rows() <= n) {  // capacity doubles, as std::vector's
     const Eigen::Index capacity = std::max<Eigen::Index>(16, 2 * (n + 1));
     factor_.conservativeResize(capacity, capacity);
-    places_.conservativeResize(Eigen::NoChange, capacity);
+    places_.conservativeResize(kernel.dimensions(), capacity);
     whitened_.conservativeResize(capacity);
   }
-  const Eigen::Vector4d& d = data_[used_.back()];
-  places_.col(n) = d.head<2>();
-  double pivot = kernel.signal_variance() + d[3], value = d[2];
+  const Measured& d = data_[used_.back()];
+  places_.col(n) = d.place;
+  double pivot = kernel.signal_variance() + d.noise_variance, value = d.value;
   if (n > 0) {
     const auto known = factor_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
     const Eigen::VectorXd row =
@@ -75,7 +75,7 @@ void DenseGp::refactorize(const field_core::Kernel& kernel) {
   }
 }
 
-void DenseGp::predict(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& points,
+void DenseGp::predict(const field_core::Kernel& kernel, const field_core::Places& points,
                       Eigen::Matrix2Xd& moments) const {
   const auto n = static_cast<Eigen::Index>(used_.size());
   moments.resize(2, points.cols());

@@ -27,8 +27,8 @@ void DensePathBank::begin(int particles) {
   log_densities_.setZero(particles, static_cast<Eigen::Index>(paths_.size()));
 }
 
-void DensePathBank::add(const Eigen::Matrix2Xd& places, double value, double noise_variance,
-                        PathBank& total, Eigen::Matrix2Xd& moments) {
+void DensePathBank::add(const Places& places, double value, double noise_variance, PathBank& total,
+                        Eigen::Matrix2Xd& moments) {
   Eigen::MatrixXd& sums = static_cast<DensePathBank&>(total).log_densities_;
   moments.setZero(2, places.cols());
   Eigen::Matrix2Xd path;
@@ -51,13 +51,13 @@ void DensePathBank::log_mean(std::vector<double>& out) const {
   for (Eigen::Index p = 0; p < largest.size(); ++p) out[p] = largest[p] + std::log(sums[p]);
 }
 
-void DensePathBank::learn(const Eigen::Matrix2Xd& places, double value, double noise_variance) {
+void DensePathBank::learn(const Places& places, double value, double noise_variance) {
   for (std::size_t c = 0; c < paths_.size(); ++c) {
     paths_[c].append(field_.basis.kernel(), places.col(c), value, noise_variance);
   }
 }
 
-void DensePathBank::predict_path(std::size_t path, const Eigen::Matrix2Xd& places,
+void DensePathBank::predict_path(std::size_t path, const Places& places,
                                  Eigen::Matrix2Xd& moments) const {
   if (model_ == ObservationModelType::offline_pitc) {
     offline_pitc(paths_[path], places, moments);
@@ -67,16 +67,16 @@ void DensePathBank::predict_path(std::size_t path, const Eigen::Matrix2Xd& place
 }
 
 /// Eq. (5)-(6) over all measurements, the last block as long as it is.
-void DensePathBank::offline_pitc(const DenseGp& path, const Eigen::Matrix2Xd& places,
+void DensePathBank::offline_pitc(const DenseGp& path, const Places& places,
                                  Eigen::Matrix2Xd& moments) const {
   const SupportBasis& basis = field_.basis;
-  OnlineSparseGp gp(static_cast<int>(basis.size()), slice_size_, Recent::used);
+  OnlineSparseGp gp(static_cast<int>(basis.size()), slice_size_, Recent::used, basis.dimensions());
   OnlineSparseGp::Evaluation at;
   Features phi;
-  for (const Eigen::Vector4d& d : path.data()) {
-    basis.features(d.head<2>(), phi);
-    gp.evaluate(basis, d.head<2>(), phi.data(), 1, at);
-    gp.append(d.head<2>(), phi.data(), 1, at, d[2], d[3]);
+  for (const Measured& d : path.data()) {
+    basis.features(d.place, phi);
+    gp.evaluate(basis, d.place, phi.data(), 1, at);
+    gp.append(d.place, phi.data(), 1, at, d.value, d.noise_variance);
   }
   gp.end_slice();
   basis.features(places, phi);
@@ -87,7 +87,7 @@ void DensePathBank::offline_pitc(const DenseGp& path, const Eigen::Matrix2Xd& pl
   }
 }
 
-void DensePathBank::predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& moments) const {
+void DensePathBank::predict(const Places& points, Eigen::Matrix2Xd& moments) const {
   moments.setZero(2, points.cols());
   Eigen::Matrix2Xd path;
   for (std::size_t c = 0; c < paths_.size(); ++c) {
@@ -100,16 +100,22 @@ void DensePathBank::predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& mo
 
 void DensePathBank::save(field_core::State& state) const {
   const auto count = static_cast<Eigen::Index>(paths_[0].data().size());
-  Eigen::MatrixXd data(4 * count, paths_.size());
+  const Eigen::Index rows = field_.basis.dimensions() + 2;
+  Eigen::MatrixXd data(rows * count, paths_.size());
   for (std::size_t c = 0; c < paths_.size(); ++c) {
-    for (Eigen::Index i = 0; i < count; ++i) data.col(c).segment<4>(4 * i) = paths_[c].data()[i];
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Measured& d = paths_[c].data()[i];
+      data.col(c).segment(rows * i, rows) << d.place, d.value, d.noise_variance;
+    }
   }
   state.set("data/" + field_.info.name, data);
 }
 
 void DensePathBank::check(const field_core::State& state) const {
   const std::string name = "data/" + field_.info.name;
-  if (state.matrix(name, -1, static_cast<Eigen::Index>(paths_.size())).rows() % 4 != 0) {
+  if (state.matrix(name, -1, static_cast<Eigen::Index>(paths_.size())).rows() %
+          (field_.basis.dimensions() + 2) !=
+      0) {
     throw field_core::DataError("the state's block '" + name + "' is damaged; make the map again");
   }
 }
@@ -118,9 +124,10 @@ void DensePathBank::restore(const field_core::State& state) {
   const Eigen::MatrixXd& data = state.matrix("data/" + field_.info.name);
   restart();
   for (std::size_t c = 0; c < paths_.size(); ++c) {
-    for (Eigen::Index i = 0; i < data.rows(); i += 4) {
-      const Eigen::Vector4d d = data.col(c).segment<4>(i);
-      paths_[c].append(field_.basis.kernel(), d.head<2>(), d[2], d[3]);
+    const Eigen::Index d = field_.basis.dimensions();
+    for (Eigen::Index i = 0; i < data.rows(); i += d + 2) {
+      paths_[c].append(field_.basis.kernel(), data.col(c).segment(i, d), data(i + d, c),
+                       data(i + d + 1, c));
     }
   }
 }

@@ -17,22 +17,20 @@ class DensePathBank final : public PathBank {
 
   void restart() override;
   void begin(int particles) override;
-  void add(const Eigen::Matrix2Xd& places, double value, double noise_variance, PathBank& total,
+  void add(const Places& places, double value, double noise_variance, PathBank& total,
            Eigen::Matrix2Xd& moments) override;
   void log_mean(std::vector<double>& log_likelihood) const override;
-  void learn(const Eigen::Matrix2Xd& places, double value, double noise_variance) override;
+  void learn(const Places& places, double value, double noise_variance) override;
   void close_slice() override {}
-  void predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& moments) const override;
+  void predict(const Places& points, Eigen::Matrix2Xd& moments) const override;
   void save(field_core::State& state) const override;
   void check(const field_core::State& state) const override;
   void restore(const field_core::State& state) override;
 
  private:
   /// Moments under one path, 2 x places.
-  void predict_path(std::size_t path, const Eigen::Matrix2Xd& places,
-                    Eigen::Matrix2Xd& moments) const;
-  void offline_pitc(const DenseGp& path, const Eigen::Matrix2Xd& places,
-                    Eigen::Matrix2Xd& moments) const;
+  void predict_path(std::size_t path, const Places& places, Eigen::Matrix2Xd& moments) const;
+  void offline_pitc(const DenseGp& path, const Places& places, Eigen::Matrix2Xd& moments) const;
 
   const FieldModel& field_;
   ObservationModelType model_;

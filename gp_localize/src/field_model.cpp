@@ -10,11 +10,11 @@ field_core::Kernel make_kernel(const std::string& name, const FieldParams& p) {
   if (p.length_scales.size() != 2) {
     throw field_core::ParameterError("fields/" + name + "/length_scales", "must be two numbers");
   }
-  return field_core::Kernel(p.kernel, p.signal_stddev, {p.length_scales[0], p.length_scales[1]});
+  return {p.kernel, p.signal_stddev, Eigen::Vector2d(p.length_scales[0], p.length_scales[1])};
 }
 
-FieldModel make_model(const std::string& name, const FieldParams& p,
-                      const Eigen::Matrix2Xd& support, const SupportParams& params) {
+FieldModel make_model(const std::string& name, const FieldParams& p, const Places& support,
+                      const SupportParams& params) {
   const double noise_variance = p.noise_stddev * p.noise_stddev;
   try {
     return {{name, p.unit},

@@ -43,29 +43,33 @@ double stddev_of(const Eigen::VectorXd& v) {
   return std::sqrt((v.array() - v.mean()).square().mean());
 }
 
+/// theta begins with mean, signal and noise; the length scales follow.
+constexpr Index kLengths = 3;
+
 Box search_box(const FieldSurvey& s) {
   const double extent = (s.places.rowwise().maxCoeff() - s.places.rowwise().minCoeff()).maxCoeff();
   const double spread = stddev_of(s.values);
-  Box box;
-  const auto set = [&box](int i, double low, double high) {
+  const Index size = kLengths + s.places.rows();
+  Box box{Theta(size), Theta(size)};
+  const auto set = [&box](Index i, double low, double high) {
     box.low[i] = low;
     box.high[i] = high;
   };
   set(0, s.values.mean() - 10.0 * spread, s.values.mean() + 10.0 * spread);
   set(1, std::log(0.05 * spread), std::log(20.0 * spread));
   set(2, std::log(1e-3 * spread), std::log(3.0 * spread));
-  for (const int i : {3, 4}) set(i, std::log(extent / 200.0), std::log(10.0 * extent));
+  for (Index i = kLengths; i < size; ++i) set(i, std::log(extent / 200.0), std::log(10.0 * extent));
   return box;
 }
 
 Theta random_start(const FieldSurvey& s, const Box& box, field_core::Random& random) {
   const double spread = stddev_of(s.values);
-  Theta theta;
+  Theta theta(box.low.size());
   theta[0] = s.values.mean();
   theta[1] = std::log(spread * random.uniform(0.7, 1.5));
   theta[2] = std::log(spread * random.uniform(0.03, 0.6));
   // Between 1/40 of the extent and the extent.
-  for (const int i : {3, 4})
+  for (Index i = kLengths; i < theta.size(); ++i)
     theta[i] = box.high[i] - std::log(10.0) - random.uniform(0.0, std::log(40.0));
   return theta;
 }
@@ -74,9 +78,9 @@ class NegativeLikelihood final : public ceres::FirstOrderFunction {
  public:
   NegativeLikelihood(const MarginalLikelihood& likelihood, const Box& box)
       : likelihood_(likelihood), box_(box) {}
-  int NumParameters() const override { return static_cast<int>(Theta::RowsAtCompileTime); }
+  int NumParameters() const override { return static_cast<int>(box_.low.size()); }
   bool Evaluate(const double* t, double* cost, double* gradient) const override {
-    const Eigen::Map<const Theta> at(t);
+    const Eigen::Map<const Eigen::VectorXd> at(t, box_.low.size());
     Theta slope;
     try {
       cost[0] = -likelihood_(box_.inside(at), gradient ? &slope : nullptr);
@@ -84,7 +88,7 @@ class NegativeLikelihood final : public ceres::FirstOrderFunction {
       return false;  // too far: the line search takes a shorter step
     }
     if (gradient) {
-      Eigen::Map<Theta> out(gradient);
+      Eigen::Map<Eigen::VectorXd> out(gradient, box_.low.size());
       out = -slope.cwiseProduct(box_.slope(at));
     }
     return std::isfinite(cost[0]);
@@ -126,17 +130,15 @@ Hyperparameters standard_errors(const MarginalLikelihood& likelihood, const Thet
     for (Index b = 0; b < n; ++b) information(a, b) = (down - up)[free[b]] / (2.0 * step);
   }
   information = 0.5 * (information + information.transpose()).eval();
-  Theta error = Theta::Constant(std::numeric_limits<double>::quiet_NaN());
+  Theta error = Theta::Constant(best.size(), std::numeric_limits<double>::quiet_NaN());
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
   if (factor.info() == Eigen::Success) {
     const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
     for (Index a = 0; a < n; ++a) error[free[a]] = std::sqrt(covariance(a, a));
   }
   const Hyperparameters h = from_theta(best);
-  return {error[0],
-          h.signal_stddev * error[1],
-          h.noise_stddev * error[2],
-          {h.length_scales.x() * error[3], h.length_scales.y() * error[4]}};
+  return {error[0], h.signal_stddev * error[1], h.noise_stddev * error[2],
+          h.length_scales.cwiseProduct(error.tail(h.length_scales.size()))};
 }
 
 void require_enough(const FieldSurvey& s) {
@@ -160,7 +162,7 @@ LearnedField learn_hyperparameters(const FieldSurvey& survey, const LearningOpti
   const Box box = search_box(survey);
   const int starts = options.starts * static_cast<int>(options.kernels.size());
   std::vector<double> maxima;
-  Theta best_theta = Theta::Zero();
+  Theta best_theta;
   std::unique_ptr<MarginalLikelihood> best_likelihood;
   LearnedField learned{};
   learned.log_likelihood = -std::numeric_limits<double>::infinity();

@@ -84,13 +84,14 @@ struct Kernels {
       const T* factor = b.open_factor + (slot + i) * b.slice_size * kWidth;
       for (int h = 0; h < kParts; ++h) {
         const long at = (slot + i) * kWidth + h * kLanes;
-        const Vector ox = M::load(b.open_x + at), oy = M::load(b.open_y + at);
+        const T* open = b.open_place + (slot + i) * b.dimensions * kWidth + h * kLanes;
         const Vector value = M::load(b.open_value + at);
         for (int r = 0; r < kRows; ++r) {
           const int p = std::min(first + r, batch.count - 1);
-          const Vector dx = ox - batch.x[p], dy = oy - batch.y[p];
-          Vector rest =
-              b.signal_variance * correlation<M>(b.kernel, dx * dx + dy * dy) - explained[r][h];
+          const Vector r2 = squared_distance<M>(b.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
+            return M::load(open + a * kWidth) - batch.place[a * batch.count + p];
+          });
+          Vector rest = b.signal_variance * correlation<M>(b.kernel, r2) - explained[r][h];
           for (int j = 0; j < i; ++j)
             rest -= M::load(factor + j * kWidth + h * kLanes) * q[j][r][h];
           rest *= M::load(factor + i * kWidth + h * kLanes);
@@ -248,15 +249,18 @@ struct Kernels {
         Vector prediction;
         T* gain = lane(b.open_gain, (slot + last) * b.support);
         open_gain(b, panel, half, phi, gain, prediction);
-        const Vector x = M::load(row.x + c), y = M::load(row.y + c);
-        M::store(lane(b.open_x, slot + last), x);
-        M::store(lane(b.open_y, slot + last), y);
+        for (int a = 0; a < b.dimensions; ++a) {
+          M::store(lane(b.open_place, (slot + last) * b.dimensions + a),
+                   M::load(row.place + a * stride + c));
+        }
         Vector value = row.value - prediction;
         Vector variance = M::broadcast(row.noise_variance);
         for (int j = 0; j <= last; ++j) {
-          const Vector dx = M::load(lane(b.open_x, slot + j)) - x;
-          const Vector dy = M::load(lane(b.open_y, slot + j)) - y;
-          Vector rest = b.signal_variance * correlation<M>(b.kernel, dx * dx + dy * dy);
+          const T* open = lane(b.open_place, (slot + j) * b.dimensions);
+          const Vector r2 = squared_distance<M>(b.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
+            return M::load(open + a * kWidth) - M::load(row.place + a * stride + c);
+          });
+          Vector rest = b.signal_variance * correlation<M>(b.kernel, r2);
           const T* known = lane(b.open_gain, (slot + j) * b.support);
           for (int k = 0; k < b.support; ++k) rest -= phi[k] * M::load(known + k * kWidth);
           if (j == last) {

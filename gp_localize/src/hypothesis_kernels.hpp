@@ -18,6 +18,7 @@ template <class T>
 struct HypothesisPanels {
   field_core::KernelType kernel;
   T signal_variance;
+  int dimensions;  // d
   int support;     // m
   int open;        // measurements in the open slice
   int slice_size;  // its capacity
@@ -25,8 +26,7 @@ struct HypothesisPanels {
   int panels;      // ceil(C / kPanel)
   T* covariance;   // panels x m(m+1)/2 x kPanel: A, lower triangle by columns
   T* mean;         // panels x m x kPanel: m
-  T* open_x;       // panels x slice_size x kPanel: place / length scale; likewise open_y
-  T* open_y;
+  T* open_place;   // panels x slice_size x d x kPanel: place / length scale
   T* open_gain;    // panels x slice_size x m x kPanel: phi - A phi
   T* open_factor;  // panels x slice_size x slice_size x kPanel: rows of F~, 1 / F~_ii on the
                    // diagonal
@@ -41,9 +41,8 @@ struct PlaceBatch {
   int stride;         // between rows of features
   const T* features;  // m x P: phi
   const T* residual;  // P: sigma_xx|S, with the noise of the measurement if it is to be weighed
-  const T* x;         // P: place / length scale; likewise y
-  const T* y;
-  T* scratch;  // scratch_size(m) numbers
+  const T* place;     // d x P: place / length scale
+  T* scratch;         // scratch_size(m) numbers
 };
 
 /// What a measurement makes of the predictions at P particles.
@@ -92,12 +91,12 @@ void add_interpolated_log_densities(const HypothesisPanels<double>& panels,
                                     const Scores<double>& scores);
 
 /// Appends to the open slice what hypothesis c measured at its own place. Arrays with hypotheses
-/// innermost, padded to panels x kPanel: phi (m rows), x and y (place / length scale).
+/// innermost, padded to panels x kPanel: phi (m rows), place / length scale (d
+/// rows).
 template <class T>
 struct OpenRow {
   const T* features;
-  const T* x;
-  const T* y;
+  const T* place;
   T value;
   T noise_variance;
 };

@@ -30,7 +30,7 @@ int chebyshev_order(double half_width, const InterpolationTolerance& tolerance) 
   return static_cast<int>(std::min(order, 1e6));
 }
 
-bool InterpolationBox::fit(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& length_scales,
+bool InterpolationBox::fit(const field_core::Places& places, const field_core::Place& length_scales,
                            const InterpolationTolerance& tolerance, Eigen::Index most) {
   int orders[2];
   for (int i = 0; i < 2; ++i) {

@@ -16,6 +16,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "field_core/kernels.hpp"
+
 namespace gp_localize {
 
 /// What the interpolated functions are allowed to be off by, over their own bounds: |f|_H sigma for
@@ -33,7 +35,7 @@ class InterpolationBox {
  public:
   /// Lays the box around the columns of `places` (2 x P). False, and nothing else can be asked, if
   /// more than `most` nodes would be needed.
-  bool fit(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& length_scales,
+  bool fit(const field_core::Places& places, const field_core::Place& length_scales,
            const InterpolationTolerance& tolerance, Eigen::Index most);
 
   /// 2 x r.

@@ -14,8 +14,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using field_core::Kernel;
+using field_core::Place;
+using field_core::Places;
 
-enum { kMean, kSignal, kNoise, kLengthX, kLengthY };
+enum { kMean, kSignal, kNoise, kLengths };
 
 Eigen::LLT<MatrixXd> factorize(const MatrixXd& matrix, const char* which) {
   Eigen::LLT<MatrixXd> factor(matrix);
@@ -32,14 +34,13 @@ double log_determinant(const Eigen::LLT<MatrixXd>& factor) {
 }
 
 /// gradient += factor <weights, d K / d theta> for K between the columns of a and b.
-void add_kernel_gradient(const Kernel& kernel, const Eigen::Matrix2Xd& a, const Eigen::Matrix2Xd& b,
+void add_kernel_gradient(const Kernel& kernel, const Places& a, const Places& b,
                          const MatrixXd& weights, double factor, Theta& gradient) {
   double signal = 0.0;
-  Eigen::Vector2d lengths(0.0, 0.0);
+  Place lengths = Place::Zero(kernel.dimensions());
   for (Index j = 0; j < b.cols(); ++j) {
     for (Index i = 0; i < a.cols(); ++i) {
-      const Eigen::Vector2d square =
-          (a.col(i) - b.col(j)).cwiseQuotient(kernel.length_scales()).cwiseAbs2();
+      const Place square = (a.col(i) - b.col(j)).cwiseQuotient(kernel.length_scales()).cwiseAbs2();
       const double r2 = square.sum();
       signal += weights(i, j) * field_core::correlation(kernel.type(), r2);
       lengths += weights(i, j) * field_core::correlation_slope(kernel.type(), r2) * square;
@@ -47,7 +48,7 @@ void add_kernel_gradient(const Kernel& kernel, const Eigen::Matrix2Xd& a, const 
   }
   const double scale = factor * kernel.signal_variance();
   gradient[kSignal] += 2.0 * scale * signal;
-  gradient.segment<2>(kLengthX) -= 2.0 * scale * lengths;
+  gradient.tail(lengths.size()) -= 2.0 * scale * lengths;
 }
 
 double log_density(double mahalanobis, double log_det, Index n) {
@@ -57,17 +58,16 @@ double log_density(double mahalanobis, double log_det, Index n) {
 }  // namespace
 
 Theta to_theta(const Hyperparameters& h) {
-  Theta theta;
-  theta << h.mean, std::log(h.signal_stddev), std::log(h.noise_stddev),
-      std::log(h.length_scales.x()), std::log(h.length_scales.y());
+  Theta theta(kLengths + h.length_scales.size());
+  theta.head<kLengths>() << h.mean, std::log(h.signal_stddev), std::log(h.noise_stddev);
+  theta.tail(h.length_scales.size()) =
+      h.length_scales.unaryExpr([](double length) { return std::log(length); });
   return theta;
 }
 
 Hyperparameters from_theta(const Theta& t) {
-  return {t[kMean],
-          std::exp(t[kSignal]),
-          std::exp(t[kNoise]),
-          {std::exp(t[kLengthX]), std::exp(t[kLengthY])}};
+  return {t[kMean], std::exp(t[kSignal]), std::exp(t[kNoise]),
+          t.tail(t.size() - kLengths).unaryExpr([](double log) { return std::exp(log); })};
 }
 
 double FullLikelihood::operator()(const Theta& theta, Theta* gradient) const {
@@ -80,7 +80,7 @@ double FullLikelihood::operator()(const Theta& theta, Theta* gradient) const {
   const VectorXd error = survey_.values.array() - h.mean;
   const VectorXd alpha = factor.solve(error);
   if (gradient) {
-    gradient->setZero();
+    gradient->setZero(theta.size());
     MatrixXd g = -0.5 * factor.solve(MatrixXd::Identity(n, n));
     g.noalias() += 0.5 * alpha * alpha.transpose();
     add_kernel_gradient(kernel, survey_.places, survey_.places, g, 1.0, *gradient);
@@ -109,7 +109,7 @@ struct PitcSystem {
   double log_det;
 };
 
-PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Eigen::Matrix2Xd& support,
+PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Places& support,
                  int slice_size, double jitter, double noise_variance, const VectorXd& error) {
   PitcSystem s;
   MatrixXd b = kernel.matrix(support, support);
@@ -143,7 +143,7 @@ PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Eigen::M
 }
 
 void add_pitc_gradient(const PitcSystem& s, const Kernel& kernel, const FieldSurvey& survey,
-                       const Eigen::Matrix2Xd& support, double jitter, double noise_variance,
+                       const Places& support, double jitter, double noise_variance,
                        Theta& gradient) {
   const Index m = support.cols();
   MatrixXd wu = MatrixXd::Zero(m, m);  // W Lambda^-1 K_fu
@@ -163,7 +163,7 @@ void add_pitc_gradient(const PitcSystem& s, const Kernel& kernel, const FieldSur
     rest.noalias() += wu_total * b.u.transpose();
     rest *= 0.5;  // W G, columns of the slice
     rest.noalias() -= w * inside;
-    const Eigen::Matrix2Xd places = survey.places.middleCols(b.begin, b.size);
+    const Places places = survey.places.middleCols(b.begin, b.size);
     add_kernel_gradient(kernel, places, places, inside, 1.0, gradient);
     gradient[kNoise] += 2.0 * noise_variance * inside.trace();
   }
@@ -184,7 +184,7 @@ double PitcLikelihood::operator()(const Theta& theta, Theta* gradient) const {
   const PitcSystem s =
       solve(kernel, survey_, support_, slice_size_, jitter_, noise_variance, error);
   if (gradient) {
-    gradient->setZero();
+    gradient->setZero(theta.size());
     add_pitc_gradient(s, kernel, survey_, support_, jitter_, noise_variance, *gradient);
   }
   return log_density(error.dot(s.alpha), s.log_det, error.size());

@@ -15,19 +15,19 @@ const double* contiguous(const double* phi, Eigen::Index stride, int size, Evalu
 
 }  // namespace
 
-void OnlineSparseGp::evaluate(const SupportBasis& basis, const Eigen::Vector2d& point,
-                              const double* phi, Eigen::Index stride, Evaluation& at) const {
+void OnlineSparseGp::evaluate(const SupportBasis& basis, const Place& point, const double* phi,
+                              Eigen::Index stride, Evaluation& at) const {
   slice_.evaluate(basis, closed_, point, contiguous(phi, stride, support_size(), at), recent_, at);
 }
 
-void OnlineSparseGp::append(const Eigen::Vector2d& point, const double* phi, Eigen::Index stride,
+void OnlineSparseGp::append(const Place& point, const double* phi, Eigen::Index stride,
                             Evaluation& at, double value, double noise_variance) {
   slice_.append(point, contiguous(phi, stride, support_size(), at), at, value, noise_variance);
   if (slice_.full()) end_slice();
 }
 
-std::size_t OnlineSparseGp::number_count(int m, int slice_size) {
-  return 1 + SupportPosterior::size(m) + OpenSlice::number_count(m, slice_size);
+std::size_t OnlineSparseGp::number_count(int m, int slice_size, int dimensions) {
+  return 1 + SupportPosterior::size(m) + OpenSlice::number_count(m, slice_size, dimensions);
 }
 
 std::vector<double> OnlineSparseGp::numbers() const {
@@ -40,7 +40,7 @@ std::vector<double> OnlineSparseGp::numbers() const {
 void OnlineSparseGp::restore(const double* numbers) {
   const int size = summary_size(support_size());
   std::copy(numbers, numbers + size, closed_.numbers());
-  const std::size_t count = OpenSlice::number_count(support_size(), slice_size_);
+  const std::size_t count = OpenSlice::number_count(support_size(), slice_size_, dimensions_);
   slice_.restore(static_cast<int>(numbers[size + count]), numbers + size);
 }
 

@@ -13,18 +13,25 @@ SupportPosterior::SupportPosterior(int support_size)
   for (int j = 0; j < m_; a += m_ - j, ++j) a[0] = 1.0;
 }
 
-OpenSlice::OpenSlice(int support_size, int slice_size)
+OpenSlice::OpenSlice(int support_size, int slice_size, int dimensions)
     : m_(support_size),
       slice_size_(slice_size),
-      numbers_(number_count(support_size, slice_size), 0.0) {}
+      dimensions_(dimensions),
+      numbers_(number_count(support_size, slice_size, dimensions), 0.0) {}
 
-std::size_t OpenSlice::number_count(int m, int slice_size) {
-  return 2 * ((slice_size + 3) / 4 * 4) +
+std::size_t OpenSlice::number_count(int m, int slice_size, int dimensions) {
+  return static_cast<std::size_t>(dimensions) * ((slice_size + 3) / 4 * 4) +
          static_cast<std::size_t>(slice_size) * (kHead + slice_size + 2 * m);
 }
 
+Place OpenSlice::point(int i) const {
+  Place place(dimensions_);
+  for (int axis = 0; axis < dimensions_; ++axis) place[axis] = coordinates(axis)[i];
+  return place;
+}
+
 void OpenSlice::evaluate(const SupportBasis& basis, const SupportPosterior& closed,
-                         const Eigen::Vector2d& point, const double* phi, Recent recent,
+                         const Place& point, const double* phi, Recent recent,
                          Evaluation& at) const {
   at.covariances.resize(padded());
   at.gain.resize(m_);
@@ -34,9 +41,9 @@ void OpenSlice::evaluate(const SupportBasis& basis, const SupportPosterior& clos
   at.mean = dot_product(phi, closed.mean(), m_);
   at.variance = std::max(0.0, unexplained) + dot_product(phi, at.gain.data(), m_);
   double* q = at.covariances.data();
-  open_covariances({kernel.type(), kernel.signal_variance(), kernel.length_scales().x(),
-                    kernel.length_scales().y(), m_, open_, x(), y(), gains()},
-                   point.x(), point.y(), phi, q);
+  open_covariances({kernel.type(), kernel.signal_variance(), dimensions_,
+                    kernel.length_scales().data(), m_, open_, padded(), coordinates(0), gains()},
+                   point.data(), phi, q);
   double mean = at.mean, variance = at.variance;
   for (int i = 0; i < open_; ++i) {
     const double* f = factor(i);
@@ -53,13 +60,12 @@ void OpenSlice::evaluate(const SupportBasis& basis, const SupportPosterior& clos
   at.variance = at.recent_variance;
 }
 
-void OpenSlice::append(const Eigen::Vector2d& point, const double* phi, const Evaluation& at,
-                       double value, double noise_variance) {
+void OpenSlice::append(const Place& point, const double* phi, const Evaluation& at, double value,
+                       double noise_variance) {
   double* all = numbers_.data();
   const auto mine = [this, all](const double* part) { return all + (part - numbers_.data()); };
   const double pivot = std::sqrt(at.recent_variance + noise_variance);
-  mine(x())[open_] = point.x();
-  mine(y())[open_] = point.y();
+  for (int axis = 0; axis < dimensions_; ++axis) mine(coordinates(axis))[open_] = point[axis];
   double* h = mine(head(open_));
   h[0] = (value - at.recent_mean) / pivot;
   h[1] = value;
@@ -111,8 +117,7 @@ void OpenSlice::copy_from(const OpenSlice& other) {
     const auto at = part - numbers_.data();
     std::copy(from + at, from + at + count, to + at);
   };
-  copy(x(), open_);
-  copy(y(), open_);
+  for (int axis = 0; axis < dimensions_; ++axis) copy(coordinates(axis), open_);
   copy(head(0), kHead * open_);
   copy(factor(0), slice_size_ * open_);
   copy(gains(), m_ * open_);

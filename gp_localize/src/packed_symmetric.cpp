@@ -99,12 +99,13 @@ struct Kernels {
     }
   }
 
-  static GP_LOCALIZE_INLINE void open_covariances(const OpenRows& rows, double x, double y,
+  static GP_LOCALIZE_INLINE void open_covariances(const OpenRows& rows, const double* at,
                                                   const double* phi, double* out) {
     for (int i = 0; i < rows.count; i += kLanes) {
-      const Vector dx = (M::load(rows.x + i) - x) / rows.length_x;
-      const Vector dy = (M::load(rows.y + i) - y) / rows.length_y;
-      M::store(out + i, rows.signal_variance * correlation<M>(rows.kernel, dx * dx + dy * dy));
+      const Vector r2 = squared_distance<M>(rows.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
+        return (M::load(rows.place + a * rows.stride + i) - at[a]) / rows.length_scales[a];
+      });
+      M::store(out + i, rows.signal_variance * correlation<M>(rows.kernel, r2));
     }
     const double* gain = rows.gain;
     for (int i = 0; i < rows.count; ++i, gain += rows.support) {
@@ -121,8 +122,8 @@ GP_LOCALIZE_KERNEL(packed_downdate, double,
                    (const double* from, int n, int count, const double* g, double* to),
                    (from, n, count, g, to))
 GP_LOCALIZE_KERNEL(open_covariances, double,
-                   (const OpenRows& rows, double x, double y, const double* phi, double* out),
-                   (rows, x, y, phi, out))
+                   (const OpenRows& rows, const double* at, const double* phi, double* out),
+                   (rows, at, phi, out))
 GP_LOCALIZE_KERNEL(dot_product, double, (const double* a, const double* b, int n, double* out),
                    (a, b, n, out))
 

@@ -17,17 +17,18 @@ void packed_downdate(const double* from, int n, int count, const double* g, doub
 /// What eq. (12)-(13) need of `count` earlier measurements.
 struct OpenRows {
   field_core::KernelType kernel;
-  double signal_variance, length_x, length_y;
+  double signal_variance;
+  int dimensions;               // d
+  const double* length_scales;  // d
   int support;
   int count;
-  const double* x;  // places, `count` numbers; padded with finite ones to a multiple of 4
-  const double* y;
-  const double* gain;  // count x support: phi_i - A phi_i
+  int stride;           // between the coordinates of a place, a multiple of 4
+  const double* place;  // d rows of `count` numbers, padded with finite ones to a multiple of 4
+  const double* gain;   // count x support: phi_i - A phi_i
 };
 
-/// out[i] = k(place_i, (x, y)) - gain_i^T phi; `out` has room for a multiple of 4. O(count
-/// support).
-void open_covariances(const OpenRows& rows, double x, double y, const double* phi, double* out);
+/// out[i] = k(place_i, at) - gain_i^T phi; `out` has room for a multiple of 4. O(count support).
+void open_covariances(const OpenRows& rows, const double* at, const double* phi, double* out);
 
 /// *out = a^T b
 void dot_product(const double* a, const double* b, int n, double* out);

@@ -89,7 +89,7 @@ class ParticleMap : public MapModel {
   std::vector<Evaluation> evaluations_;  // [field * most particles + particle]
   std::vector<double> features_;
   std::vector<Eigen::MatrixXd> phi_;  // [field]: m x P, by columns
-  Eigen::Matrix2Xd points_, gathered_;
+  Places points_, gathered_;
   mutable std::vector<std::size_t> members_;
   std::vector<int> new_map_, new_slice_, spare_slices_;
   std::vector<char> kept_;

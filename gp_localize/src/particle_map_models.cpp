@@ -122,7 +122,7 @@ Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Mat
   }
   panels->assimilate(summaries);
   panels->weight(weights);
-  Eigen::Matrix2Xd places(2, count);
+  Places places(2, count);
   Features features(basis.size(), count);
   for (int k = 0; k < slice(0).open(); ++k) {  // all have measured the same
     for (Eigen::Index i = 0; i < count; ++i) {

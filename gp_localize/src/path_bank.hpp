@@ -21,19 +21,19 @@ class PathBank {
   /// Clears the sums of log densities of `particles` particles x paths, which this bank then keeps
   /// for all fields of a step.
   virtual void begin(int particles) = 0;
-  /// Adds this field's log density of `value` at places (2 x P) under every path to the sums that
+  /// Adds this field's log density of `value` at places (d x P) under every path to the sums that
   /// `total`, a bank of the same kind, keeps.
   /// @param moments 2 x P: per place, mean and mean square of the paths' predictions
-  virtual void add(const Eigen::Matrix2Xd& places, double value, double noise_variance,
-                   PathBank& total, Eigen::Matrix2Xd& moments) = 0;
+  virtual void add(const Places& places, double value, double noise_variance, PathBank& total,
+                   Eigen::Matrix2Xd& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 
   /// Path c measured `value` at places.col(c).
-  virtual void learn(const Eigen::Matrix2Xd& places, double value, double noise_variance) = 0;
+  virtual void learn(const Places& places, double value, double noise_variance) = 0;
   virtual void close_slice() = 0;
   /// Moments over the paths of the noise-free field, in double precision.
-  virtual void predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& moments) const = 0;
+  virtual void predict(const Places& points, Eigen::Matrix2Xd& moments) const = 0;
 
   virtual void save(field_core::State& state) const = 0;
   /// Checks shapes before anything changes. @throws DataError

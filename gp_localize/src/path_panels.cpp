@@ -20,7 +20,8 @@ class Panels final : public PathPanels {
     const std::size_t panels = (paths + kPanel<T> - 1) / kPanel<T>;
     const std::size_t lanes = panels * kPanel<T>;
     const std::size_t slots = lanes * slice_size;
-    const std::size_t sizes[kArrays] = {lanes * m * (m + 1) / 2, lanes * m, slots, slots, slots * m,
+    const int d = basis.dimensions();
+    const std::size_t sizes[kArrays] = {lanes * m * (m + 1) / 2, lanes * m, slots * d, slots * m,
                                         slots * slice_size,      slots,     lanes};
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
@@ -31,6 +32,7 @@ class Panels final : public PathPanels {
     const auto& kernel = basis.kernel();
     p_ = {kernel.type(),
           static_cast<T>(kernel.signal_variance()),
+          d,
           m,
           0,
           slice_size,
@@ -42,13 +44,11 @@ class Panels final : public PathPanels {
           at[3],
           at[4],
           at[5],
-          at[6],
-          at[7]};
+          at[6]};
     std::fill(p_.weight, p_.weight + paths, T(1) / static_cast<T>(paths));
     scratch_.resize(std::max(scratch_size(m), kBatch * kMostNodes));
     path_features_.resize(m * lanes);
-    path_x_.resize(lanes);
-    path_y_.resize(lanes);
+    path_place_.resize(d * lanes);
     if (tolerance_ == 0.0) return;
     node_mean_.reserve(kMostNodes * lanes);
     node_variance_.reserve(kMostNodes * lanes);
@@ -68,13 +68,13 @@ class Panels final : public PathPanels {
     p_.open = 0;
   }
 
-  void extend(const SupportBasis& basis, const Eigen::Matrix2Xd& places, const Features& features,
+  void extend(const SupportBasis& basis, const Places& places, const Features& features,
               double value, double noise_variance) override {
     if (recent_ == Recent::ignored) return;
     const int lanes = p_.panels * kPanel<T>;
     for (int c = 0; c < lanes; ++c) {
       const int path = std::min(c, p_.hypotheses - 1);
-      place(basis, places, path, path_x_[c], path_y_[c]);
+      place(basis, places, path, path_place_.data() + c, lanes);
     }
     for (int k = 0; k < p_.support; ++k) {
       const double* row = features.data() + k * features.cols();
@@ -82,7 +82,7 @@ class Panels final : public PathPanels {
       for (int c = 0; c < p_.hypotheses; ++c) out[c] = static_cast<T>(row[c]);
       std::fill(out + p_.hypotheses, out + lanes, out[p_.hypotheses - 1]);
     }
-    extend_open_slice(p_, OpenRow<T>{path_features_.data(), path_x_.data(), path_y_.data(),
+    extend_open_slice(p_, OpenRow<T>{path_features_.data(), path_place_.data(),
                                      static_cast<T>(value), static_cast<T>(noise_variance)});
     T largest = 0;
     for (int panel = 0; panel < p_.panels; ++panel) {
@@ -102,8 +102,8 @@ class Panels final : public PathPanels {
     log_densities_.assign(static_cast<std::size_t>(particles) * p_.panels * kPanel<T>, T(0));
   }
 
-  void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double value,
-           double noise_variance, PathPanels* total, Eigen::Matrix2Xd& moments) override {
+  void add(const SupportBasis& basis, const Places& places, double value, double noise_variance,
+           PathPanels* total, Eigen::Matrix2Xd& moments) override {
     const auto n = static_cast<int>(places.cols());
     moments_.resize(2 * static_cast<std::size_t>(n));
     const Scores<T> scores{static_cast<T>(value),
@@ -124,23 +124,22 @@ class Panels final : public PathPanels {
   }
 
  private:
-  static constexpr int kArrays = 8;
+  static constexpr int kArrays = 7;
   static constexpr int kMostNodes = 256;
 
   /// Places with their features, in this precision. The memory is that of the object.
-  PlaceBatch<T> batch(const SupportBasis& basis, const Eigen::Ref<const Eigen::Matrix2Xd>& places,
+  PlaceBatch<T> batch(const SupportBasis& basis, const Eigen::Ref<const Places>& places,
                       double noise_variance) {
     const auto n = static_cast<int>(places.cols());
     const std::size_t size = static_cast<std::size_t>(p_.support) * n;
     exact_features_.resize(size);
     features_.resize(size);
     residual_.resize(n);
-    x_.resize(n);
-    y_.resize(n);
+    place_.resize(static_cast<std::size_t>(basis.dimensions()) * n);
     basis.features(places, exact_features_.data());
     const double prior = basis.kernel().signal_variance();
     for (int p = 0; p < n; ++p) {
-      place(basis, places, p, x_[p], y_[p]);
+      place(basis, places, p, place_.data() + p, n);
       double explained = 0.0;
       for (std::size_t k = p; k < size; k += n)
         explained += exact_features_[k] * exact_features_[k];
@@ -148,14 +147,16 @@ class Panels final : public PathPanels {
     }
     std::transform(exact_features_.begin(), exact_features_.end(), features_.begin(),
                    [](double f) { return static_cast<T>(f); });
-    return {n, n, features_.data(), residual_.data(), x_.data(), y_.data(), scratch_.data()};
+    return {n, n, features_.data(), residual_.data(), place_.data(), scratch_.data()};
   }
 
   /// Whether the predictions are smooth enough over the places to interpolate them, which is worth
   /// it as long as evaluating the nodes and combining them costs less than evaluating the places.
-  bool fit_box(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double noise_variance) {
+  bool fit_box(const SupportBasis& basis, const Places& places, double noise_variance) {
     if (tolerance_ == 0.0 || noise_variance == 0.0) return false;
-    if (p_.kernel != field_core::KernelType::squared_exponential) return false;
+    if (p_.kernel != field_core::KernelType::squared_exponential || p_.dimensions != 2) {
+      return false;
+    }
     const double pair = p_.support * (0.5 * p_.support + 1.5 + p_.open);
     const auto count = static_cast<double>(places.cols());
     const double worth = 0.75 * pair * count / (pair + 2.0 * count);
@@ -182,12 +183,12 @@ class Panels final : public PathPanels {
   }
 
   /// In length scales from a point of the support: numbers small enough for single precision.
-  static void place(const SupportBasis& basis, const Eigen::Ref<const Eigen::Matrix2Xd>& places,
-                    int i, T& x, T& y) {
-    const Eigen::Vector2d s =
+  /// Coordinates are `stride` apart.
+  static void place(const SupportBasis& basis, const Eigen::Ref<const Places>& places, int i,
+                    T* out, int stride) {
+    const Place s =
         (places.col(i) - basis.support().col(0)).cwiseQuotient(basis.kernel().length_scales());
-    x = static_cast<T>(s.x());
-    y = static_cast<T>(s.y());
+    for (Eigen::Index a = 0; a < s.size(); ++a) out[a * stride] = static_cast<T>(s[a]);
   }
 
   Recent recent_;
@@ -198,8 +199,8 @@ class Panels final : public PathPanels {
   std::vector<double> exact_features_;
   std::vector<T> node_mean_, node_variance_, coefficients_;
   std::vector<T> memory_;
-  std::vector<T> scratch_, features_, residual_, x_, y_, moments_;
-  std::vector<T> path_features_, path_x_, path_y_;
+  std::vector<T> scratch_, features_, residual_, place_, moments_;
+  std::vector<T> path_features_, path_place_;
   std::vector<T> log_densities_;
   int count_ = 0;
 };
@@ -208,7 +209,7 @@ class Panels final : public PathPanels {
 
 void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
                          PathPanels& panels) {
-  Eigen::Matrix2Xd places(2, maps.size());
+  Places places(basis.dimensions(), maps.size());
   Features features(basis.size(), static_cast<Eigen::Index>(maps.size()));
   const OnlineSparseGp& any = *maps.front();
   for (int i = 0; i < any.open(); ++i) {

@@ -20,8 +20,8 @@ class PathPanels {
   virtual void assimilate(const Eigen::MatrixXd& summaries) = 0;
   /// Path c measured `value` at places.col(c), whose features are features.col(c); with
   /// Recent::ignored this changes nothing until the slice is closed.
-  virtual void extend(const SupportBasis& basis, const Eigen::Matrix2Xd& places,
-                      const Features& features, double value, double noise_variance) = 0;
+  virtual void extend(const SupportBasis& basis, const Places& places, const Features& features,
+                      double value, double noise_variance) = 0;
   /// Weights of the paths in the moments, summing to 1; all equal unless said.
   virtual void weight(const std::vector<double>& weights) = 0;
   /// Makes room for and clears the sums of log densities of `particles` particles.
@@ -29,7 +29,7 @@ class PathPanels {
   /// Adds this field's log density of `value` for all particles x paths to the sums of `total`.
   /// @param moments 2 x P: per particle, weighted mean and mean square of the paths'
   ///                predictions
-  virtual void add(const SupportBasis& basis, const Eigen::Matrix2Xd& places, double value,
+  virtual void add(const SupportBasis& basis, const Places& places, double value,
                    double noise_variance, PathPanels* total, Eigen::Matrix2Xd& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;

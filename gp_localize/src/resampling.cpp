@@ -37,4 +37,11 @@ void low_variance_resample(const std::vector<double>& weights, double offset, st
   }
 }
 
+void resample_shuffled(const std::vector<double>& weights, std::size_t count,
+                       field_core::Random& random, std::vector<int>& ancestors) {
+  low_variance_resample(weights, random.uniform(), count, ancestors);
+  for (std::size_t c = count - 1; c > 0; --c)
+    std::swap(ancestors[c], ancestors[random.index(c + 1)]);
+}
+
 }  // namespace gp_localize

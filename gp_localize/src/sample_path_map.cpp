@@ -80,9 +80,7 @@ void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Rando
   // As many draws as paths, in random order: path c must not always get the c-th best particle.
   weights_.resize(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) weights_[i] = particles[i].weight;
-  low_variance_resample(weights_, random.uniform(), paths_.size(), drawn_);
-  for (std::size_t c = drawn_.size() - 1; c > 0; --c)
-    std::swap(drawn_[c], drawn_[random.index(c + 1)]);
+  resample_shuffled(weights_, paths_.size(), random, drawn_);
   for (std::size_t c = 0; c < paths_.size(); ++c) paths_[c] = particles[drawn_[c]];
 }
 

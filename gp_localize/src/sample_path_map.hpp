@@ -42,7 +42,8 @@ class SamplePathMap : public MapModel {
   std::vector<std::unique_ptr<PathBank>> banks_;  // one per field
   int steps_in_slice_ = 0;
   // Kept between steps: of the particles, and of the paths.
-  Eigen::Matrix2Xd points_, path_points_, moments_;
+  Places points_, path_points_;
+  Eigen::Matrix2Xd moments_;
   std::vector<double> weights_;
   std::vector<int> drawn_;
 };

@@ -7,25 +7,27 @@ SparsePathBank::SparsePathBank(const FieldModel& field, int paths, int slice_siz
     : field_(field),
       slice_size_(slice_size),
       recent_(recent),
-      maps_(paths, OnlineSparseGp(static_cast<int>(field.basis.size()), slice_size, recent)),
+      maps_(paths, OnlineSparseGp(static_cast<int>(field.basis.size()), slice_size, recent,
+                                  field.basis.dimensions())),
       closed_(OnlineSparseGp::summary_size(static_cast<int>(field.basis.size())), paths),
       panels_(make_path_panels(field.basis, paths, slice_size, recent, precision,
                                interpolation_tolerance)) {}
 
 void SparsePathBank::restart() {
-  const OnlineSparseGp blank(static_cast<int>(field_.basis.size()), slice_size_, recent_);
+  const OnlineSparseGp blank(static_cast<int>(field_.basis.size()), slice_size_, recent_,
+                             field_.basis.dimensions());
   maps_.assign(maps_.size(), blank);
   learned_ = true;
   close_slice();
 }
 
-void SparsePathBank::add(const Eigen::Matrix2Xd& places, double value, double noise_variance,
-                         PathBank& total, Eigen::Matrix2Xd& moments) {
+void SparsePathBank::add(const Places& places, double value, double noise_variance, PathBank& total,
+                         Eigen::Matrix2Xd& moments) {
   panels_->add(field_.basis, places, value, noise_variance,
                static_cast<SparsePathBank&>(total).panels_.get(), moments);
 }
 
-void SparsePathBank::learn(const Eigen::Matrix2Xd& places, double value, double noise_variance) {
+void SparsePathBank::learn(const Places& places, double value, double noise_variance) {
   field_.basis.features(places, path_features_);
   panels_->extend(field_.basis, places, path_features_, value, noise_variance);
   for (std::size_t c = 0; c < maps_.size(); ++c) {
@@ -54,7 +56,7 @@ void SparsePathBank::fill(PathPanels& panels) const {
   extend_by_open_rows(field_.basis, maps, panels);
 }
 
-void SparsePathBank::predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& moments) const {
+void SparsePathBank::predict(const Places& points, Eigen::Matrix2Xd& moments) const {
   const auto panels = make_path_panels(field_.basis, static_cast<int>(maps_.size()), slice_size_,
                                        recent_, Precision::double_precision);
   fill(*panels);
@@ -62,7 +64,8 @@ void SparsePathBank::predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& m
 }
 
 void SparsePathBank::save(field_core::State& state) const {
-  const auto rows = OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_);
+  const auto rows =
+      OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_, field_.basis.dimensions());
   Eigen::MatrixXd numbers(rows, maps_.size());
   for (std::size_t c = 0; c < maps_.size(); ++c) {
     const std::vector<double> all = maps_[c].numbers();
@@ -74,8 +77,10 @@ void SparsePathBank::save(field_core::State& state) const {
 
 void SparsePathBank::check(const field_core::State& state) const {
   const auto paths = static_cast<Eigen::Index>(maps_.size());
-  state.matrix("map/" + field_.info.name,
-               OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_), paths);
+  state.matrix(
+      "map/" + field_.info.name,
+      OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_, field_.basis.dimensions()),
+      paths);
   state.matrix("closed/" + field_.info.name, closed_.rows(), paths);
 }
 

@@ -18,12 +18,12 @@ class SparsePathBank final : public PathBank {
 
   void restart() override;
   void begin(int particles) override { panels_->begin(particles); }
-  void add(const Eigen::Matrix2Xd& places, double value, double noise_variance, PathBank& total,
+  void add(const Places& places, double value, double noise_variance, PathBank& total,
            Eigen::Matrix2Xd& moments) override;
   void log_mean(std::vector<double>& out) const override { panels_->log_mean(out); }
-  void learn(const Eigen::Matrix2Xd& places, double value, double noise_variance) override;
+  void learn(const Places& places, double value, double noise_variance) override;
   void close_slice() override;
-  void predict(const Eigen::Matrix2Xd& points, Eigen::Matrix2Xd& moments) const override;
+  void predict(const Places& points, Eigen::Matrix2Xd& moments) const override;
   void save(field_core::State& state) const override;
   void check(const field_core::State& state) const override;
   void restore(const field_core::State& state) override;

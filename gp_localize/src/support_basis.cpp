@@ -13,11 +13,13 @@ namespace {
 
 using Phi = std::array<double, kMaxSupport>;
 
-std::string describe(const Eigen::Matrix2Xd& s, Eigen::Index i) {
-  return std::to_string(i) + " (" + std::to_string(s(0, i)) + ", " + std::to_string(s(1, i)) + ")";
+std::string describe(const Places& s, Eigen::Index i) {
+  std::string text = std::to_string(i) + " (";
+  for (Eigen::Index a = 0; a < s.rows(); ++a) text += (a ? ", " : "") + std::to_string(s(a, i));
+  return text + ")";
 }
 
-void require_distinct(const Eigen::Matrix2Xd& s, const Eigen::Vector2d& length_scales) {
+void require_distinct(const Places& s, const Place& length_scales) {
   constexpr double kSame = 1e-6;  // of a length scale: covariances then agree to the last bits
   for (Eigen::Index i = 0; i < s.cols(); ++i) {
     for (Eigen::Index j = i + 1; j < s.cols(); ++j) {
@@ -30,18 +32,23 @@ void require_distinct(const Eigen::Matrix2Xd& s, const Eigen::Vector2d& length_s
 
 }  // namespace
 
-SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support,
-                           double jitter, double noise_variance, int room)
+SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Places& support, double jitter,
+                           double noise_variance, int room)
     : kernel_(kernel),
       first_(support.cols()),
       used_(support.cols()),
       diagonal_(jitter * kernel.signal_variance() + noise_variance),
-      support_(Eigen::Matrix2Xd::Zero(2, support.cols() + room)),
+      support_(Places::Zero(kernel.dimensions(), support.cols() + room)),
       whitening_(Features::Zero(support_.cols(), support_.cols())) {
-  support_.leftCols(used_) = support;
   if (support.cols() == 0) {
     throw field_core::NumericalError("the support set is empty; give at least one support point");
   }
+  if (support.rows() != kernel.dimensions()) {
+    throw field_core::NumericalError(
+        "support points have " + std::to_string(support.rows()) + " coordinates, the kernel has " +
+        std::to_string(kernel.dimensions()) + " length scales; give one per coordinate");
+  }
+  support_.leftCols(used_) = support;
   require_distinct(support, kernel.length_scales());
   Eigen::MatrixXd sigma = kernel.matrix(support, support);
   sigma.diagonal().array() += diagonal_;
@@ -55,7 +62,7 @@ SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix
       factor.matrixL().solve(Eigen::MatrixXd::Identity(used_, used_));
 }
 
-double SupportBasis::unexplained(const Eigen::Vector2d& point) const {
+double SupportBasis::unexplained(const Place& point) const {
   Phi phi;
   features(point, phi.data());
   double explained = 0.0;
@@ -64,7 +71,7 @@ double SupportBasis::unexplained(const Eigen::Vector2d& point) const {
 }
 
 /// With l = phi(point), the new rows of L and of its inverse are (l^T, d) and (-l^T L^-1, 1) / d.
-void SupportBasis::grow(const Eigen::Vector2d& point) {
+void SupportBasis::grow(const Place& point) {
   Phi phi;
   features(point, phi.data());
   const double d = std::sqrt(unexplained(point) * kernel_.signal_variance() + diagonal_);
@@ -78,7 +85,7 @@ void SupportBasis::grow(const Eigen::Vector2d& point) {
   support_.col(used_++) = point;
 }
 
-double SupportBasis::newest_feature(const Eigen::Vector2d& point) const {
+double SupportBasis::newest_feature(const Place& point) const {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < used_; ++k) {
     sum += whitening_(used_ - 1, k) * kernel_(support_.col(k), point);
@@ -91,17 +98,15 @@ void SupportBasis::forget_grown() {
   used_ = first_;
 }
 
-void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
-                            Features& features) const {
+void SupportBasis::features(const Eigen::Ref<const Places>& points, Features& features) const {
   features.resize(size(), points.cols());
   this->features(points, features.data());
 }
 
-void SupportBasis::features(const Eigen::Ref<const Eigen::Matrix2Xd>& points,
-                            double* features) const {
+void SupportBasis::features(const Eigen::Ref<const Places>& points, double* features) const {
   whitened_features(
-      {kernel_.type(), kernel_.signal_variance(), kernel_.length_scales().x(),
-       kernel_.length_scales().y(), static_cast<int>(size()), support_.data(), whitening_.data()},
+      {kernel_.type(), kernel_.signal_variance(), dimensions(), kernel_.length_scales().data(),
+       static_cast<int>(size()), support_.data(), whitening_.data()},
       static_cast<int>(points.cols()), points.data(), static_cast<int>(points.outerStride()),
       features);
 }

@@ -11,6 +11,9 @@
 namespace gp_localize {
 namespace {
 
+using field_core::Place;
+using field_core::Places;
+
 /// Cell centres of columns x rows cells over the region, row by row.
 Eigen::Matrix2Xd lattice(const std::vector<double>& r, int columns, int rows) {
   Eigen::Matrix2Xd points(2, columns * rows);
@@ -46,17 +49,26 @@ Eigen::Matrix2Xd candidates(const std::vector<double>& r) {
   return grid(r, kCandidates);
 }
 
-Eigen::Matrix2Xd pick(const Eigen::Matrix2Xd& from, const std::vector<Eigen::Index>& chosen) {
-  Eigen::Matrix2Xd points(2, chosen.size());
+Places pick(const Places& from, const std::vector<Eigen::Index>& chosen) {
+  Places points(from.rows(), chosen.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) points.col(i) = from.col(chosen[i]);
   return points;
 }
 
+Eigen::Matrix2Xd places_of_survey(const std::string& path) {
+  SurveyBuilder all;
+  for (const auto& [name, field] : read_survey(path, {})) {
+    for (Eigen::Index i = 0; i < field.values.size(); ++i) all.add("", field.places.col(i), 0.0);
+  }
+  return all.build().at("").places;
+}
+
+}  // namespace
+
 /// Greedy choice of argmax var(y | chosen) / var(y | all others): each ratio from one covariance
 /// that is conditioned step by step, and from the precision of the places not chosen yet.
-Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
-                                    const field_core::Kernel& kernel, double noise_variance) {
-  const Eigen::Matrix2Xd all = candidates(r);
+Places most_informative(const Places& all, int size, const field_core::Kernel& kernel,
+                        double noise_variance) {
   Eigen::MatrixXd given_chosen = kernel.matrix(all, all);
   given_chosen.diagonal().array() += noise_variance;
   const Eigen::Index n = all.cols();
@@ -85,18 +97,7 @@ Eigen::Matrix2Xd mutual_information(const std::vector<double>& r, int size,
   return pick(all, chosen);
 }
 
-Eigen::Matrix2Xd places_of_survey(const std::string& path) {
-  SurveyBuilder all;
-  for (const auto& [name, field] : read_survey(path, {})) {
-    for (Eigen::Index i = 0; i < field.values.size(); ++i) all.add("", field.places.col(i), 0.0);
-  }
-  return all.build().at("").places;
-}
-
-}  // namespace
-
-Eigen::Matrix2Xd spread_over(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& start,
-                             int size) {
+Places spread_over(const Places& places, const Place& start, int size) {
   std::vector<Eigen::Index> chosen(1);
   (places.colwise() - start).colwise().squaredNorm().minCoeff(&chosen[0]);
   Eigen::RowVectorXd nearest = (places.colwise() - places.col(chosen[0])).colwise().squaredNorm();
@@ -111,8 +112,8 @@ Eigen::Matrix2Xd spread_over(const Eigen::Matrix2Xd& places, const Eigen::Vector
   return pick(places, chosen);
 }
 
-Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::Kernel& kernel,
-                                double noise_variance, const std::string& survey) {
+Places select_support(const SupportParams& params, const field_core::Kernel& kernel,
+                      double noise_variance, const std::string& survey) {
   const auto& r = params.region;
   const Eigen::Vector2d centre((r[0] + r[2]) / 2, (r[1] + r[3]) / 2);
   switch (params.selection) {
@@ -121,11 +122,11 @@ Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::K
     case SupportSelection::farthest_point:
       return spread_over(candidates(params.region), centre, params.size);
     case SupportSelection::survey: {
-      const Eigen::Matrix2Xd places = places_of_survey(survey);
+      const Places places = places_of_survey(survey);
       return spread_over(places, places.rowwise().mean(), params.size);
     }
     case SupportSelection::mutual_information:
-      return mutual_information(params.region, params.size, kernel, noise_variance);
+      return most_informative(candidates(params.region), params.size, kernel, noise_variance);
     case SupportSelection::explicit_points:
       break;
   }

@@ -33,17 +33,19 @@ struct Kernels {
     alignas(64) T column[kMaxSupport][kWidth];
     for (int begin = 0; begin < n; begin += kWidth) {
       const int count = std::min(kWidth, n - begin);
-      alignas(64) T px[kWidth], py[kWidth];
+      alignas(64) T at[field_core::kMostDimensions][kWidth];
       for (int l = 0; l < kWidth; ++l) {
         const double* p = points + static_cast<long>(begin + std::min(l, count - 1)) * stride;
-        px[l] = p[0];
-        py[l] = p[1];
+        for (int axis = 0; axis < b.dimensions; ++axis) at[axis][l] = p[axis];
       }
       for (int i = 0; i < b.size; ++i) {
+        const double* support = b.support + static_cast<long>(i) * b.dimensions;
         for (int h = 0; h < kWidth; h += kLanes) {
-          const Vector dx = (M::load(px + h) - b.support[2 * i]) / b.length_x;
-          const Vector dy = (M::load(py + h) - b.support[2 * i + 1]) / b.length_y;
-          M::store(&column[i][h], b.signal_variance * correlation<M>(b.kernel, dx * dx + dy * dy));
+          const Vector r2 =
+              squared_distance<M>(b.dimensions, [&](int axis) GP_LOCALIZE_INLINE_LAMBDA {
+                return (M::load(&at[axis][h]) - support[axis]) / b.length_scales[axis];
+              });
+          M::store(&column[i][h], b.signal_variance * correlation<M>(b.kernel, r2));
         }
       }
       for (int i = b.size - 1; i >= 0; --i) {

@@ -11,14 +11,15 @@ constexpr int kMaxSupport = 400;
 struct WhitenedSupport {
   field_core::KernelType kernel;
   double signal_variance;
-  double length_x, length_y;
-  int size;                 // m
-  const double* support;    // m pairs
-  const double* whitening;  // m x m, row-major, lower triangular
+  int dimensions;               // d
+  const double* length_scales;  // d
+  int size;                     // m
+  const double* support;        // m places, d numbers each
+  const double* whitening;      // m x m, row-major, lower triangular
 };
 
-/// features (m x n, row-major) = whitening * k(support, points); points: pairs `stride` numbers
-/// apart.
+/// features (m x n, row-major) = whitening * k(support, points); points: d numbers each, `stride`
+/// numbers apart.
 void whitened_features(const WhitenedSupport& basis, int n, const double* points, int stride,
                        double* features);
 

@@ -10,6 +10,8 @@
 #include "field_core/kernels.hpp"
 
 #define GP_LOCALIZE_INLINE inline __attribute__((always_inline))
+// Of a lambda, after its parameters.
+#define GP_LOCALIZE_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace gp_localize {
 
@@ -105,6 +107,23 @@ struct VectorMath {
     return root;
   }
 };
+
+/// Sum of the squares of difference(0) ... difference(dimensions - 1); the plane without a loop.
+template <class M, class Difference>
+GP_LOCALIZE_INLINE typename M::Vector squared_distance(int dimensions, Difference difference) {
+  using Vector = typename M::Vector;
+  const Vector last = difference(dimensions - 1);
+  Vector sum = last * last;
+  if (dimensions == 2) {
+    const Vector first = difference(0);
+    return first * first + sum;
+  }
+  for (int axis = dimensions - 2; axis >= 0; --axis) {
+    const Vector next = difference(axis);
+    sum += next * next;
+  }
+  return sum;
+}
 
 /// field_core::correlation() on vectors of squared distances in length scales.
 template <class M>

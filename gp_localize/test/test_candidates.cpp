@@ -72,7 +72,8 @@ Eigen::VectorXd batch_posterior(const GpLocalizeParams& p, const Eigen::MatrixXd
                                   p.support.jitter);
   Eigen::VectorXd log_evidence(values.cols());
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
-    const Hyperparameters h{3.0, values(3, c), values(2, c), {values(0, c), values(1, c)}};
+    const Hyperparameters h{3.0, values(3, c), values(2, c),
+                            Eigen::Vector2d(values(0, c), values(1, c))};
     log_evidence[c] = likelihood(to_theta(h), nullptr);
   }
   const Eigen::VectorXd weights = (log_evidence.array() - log_evidence.maxCoeff()).exp();

@@ -12,7 +12,7 @@ using field_core::KernelType;
 
 namespace {
 
-const Hyperparameters kTruth{20.0, 2.0, 0.3, {1.5, 3.0}};
+const Hyperparameters kTruth{20.0, 2.0, 0.3, Eigen::Vector2d(1.5, 3.0)};
 
 /// A draw of the Gaussian process itself.
 FieldSurvey draw(int n, std::uint64_t seed) {
@@ -43,7 +43,7 @@ TEST(HyperparameterLearning, FindsWhatTheWorldWasDrawnFrom) {
     EXPECT_TRUE(learned.exact);
     const Theta error = to_theta(learned.value) - to_theta(kTruth);
     const Theta stddev =
-        (Theta() << learned.standard_error.mean,
+        (Theta(5) << learned.standard_error.mean,
          learned.standard_error.signal_stddev / learned.value.signal_stddev,
          learned.standard_error.noise_stddev / learned.value.noise_stddev,
          learned.standard_error.length_scales.cwiseQuotient(learned.value.length_scales))

@@ -35,7 +35,7 @@ Eigen::Matrix2Xd support() {
   return s;
 }
 
-const Hyperparameters kAt{3.5, 1.7, 0.4, {1.9, 2.6}};
+const Hyperparameters kAt{3.5, 1.7, 0.4, Eigen::Vector2d(1.9, 2.6)};
 constexpr double kJitter = 1e-6;
 
 /// log N(z; mean, sigma) by an eigendecomposition, not by Cholesky.

@@ -70,19 +70,22 @@ TEST_P(PackedSymmetric, CovariancesOfOpenRows) {
   const Eigen::VectorXd phi = normal(n, 1);
   for (const int count : {0, 1, 4, 7}) {
     const Eigen::MatrixXd gain = normal(n, count);
-    Eigen::Matrix<double, 8, 2> places = Eigen::Matrix<double, 8, 2>::Zero();
-    places.topRows(count) = normal(count, 2);
-    for (const auto type :
-         {KernelType::squared_exponential, KernelType::matern32, KernelType::matern52}) {
-      const field_core::Kernel kernel(type, 1.3, {0.7, 2.0});
-      double out[8];
-      open_covariances({type, kernel.signal_variance(), 0.7, 2.0, n, count, places.data(),
-                        places.data() + 8, gain.data()},
-                       0.3, -0.2, phi.data(), out);
-      for (int i = 0; i < count; ++i) {
-        const double expected =
-            kernel(places.row(i).transpose(), {0.3, -0.2}) - gain.col(i).dot(phi);
-        EXPECT_NEAR(out[i], expected, 1e-13);
+    for (const int dimensions : {1, 2, 5, field_core::kMostDimensions}) {
+      Eigen::MatrixXd places = Eigen::MatrixXd::Zero(8, dimensions);
+      places.topRows(count) = normal(count, dimensions);
+      const Eigen::VectorXd at = normal(dimensions, 1);
+      const Eigen::VectorXd lengths = normal(dimensions, 1).cwiseAbs().array() + 0.3;
+      for (const auto type :
+           {KernelType::squared_exponential, KernelType::matern32, KernelType::matern52}) {
+        const field_core::Kernel kernel(type, 1.3, lengths);
+        double out[8];
+        open_covariances({type, kernel.signal_variance(), dimensions, lengths.data(), n, count, 8,
+                          places.data(), gain.data()},
+                         at.data(), phi.data(), out);
+        for (int i = 0; i < count; ++i) {
+          const double expected = kernel(places.row(i).transpose(), at) - gain.col(i).dot(phi);
+          EXPECT_NEAR(out[i], expected, 1e-13);
+        }
       }
     }
   }

@@ -16,6 +16,13 @@ namespace gp_localize {
 /// @throws ParameterError for a model that is none of these three
 std::vector<int> select_subset(ObservationModelType model, int count, int size);
 
+/// A measurement along a path.
+struct Measured {
+  field_core::Place place;
+  double value;  ///< minus the prior mean
+  double noise_variance;
+};
+
 /// Exact regression, eq. (1)-(2) or (3)-(4), on a subset of the measurements along one path.
 /// Memory O(t) for the measurements and O(n^2) for the n that are used.
 class DenseGp {
@@ -23,15 +30,15 @@ class DenseGp {
   DenseGp(ObservationModelType model, int subset_size) : model_(model), subset_size_(subset_size) {}
 
   /// `value` is minus the prior mean. O(n^2) if the subset only grows (full_gp), else O(n^3).
-  void append(const field_core::Kernel& kernel, const Eigen::Vector2d& place, double value,
+  void append(const field_core::Kernel& kernel, const field_core::Place& place, double value,
               double noise_variance);
 
-  /// Mean and variance of the noise-free field at points (2 x q), 2 x q. O(n^2 q).
-  void predict(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& points,
+  /// Mean and variance of the noise-free field at points (d x q), 2 x q. O(n^2 q).
+  void predict(const field_core::Kernel& kernel, const field_core::Places& points,
                Eigen::Matrix2Xd& moments) const;
 
-  /// Measurements: x, y, value, noise variance per row, oldest first.
-  const std::vector<Eigen::Vector4d>& data() const { return data_; }
+  /// Measurements, oldest first.
+  const std::vector<Measured>& data() const { return data_; }
 
  private:
   void refactorize(const field_core::Kernel& kernel);
@@ -39,11 +46,11 @@ class DenseGp {
 
   ObservationModelType model_;
   int subset_size_;
-  std::vector<Eigen::Vector4d> data_;
+  std::vector<Measured> data_;
   std::vector<int> used_;
-  Eigen::Matrix2Xd places_;   // of the used measurements
-  Eigen::MatrixXd factor_;    // lower Cholesky factor of their covariance, in a larger matrix
-  Eigen::VectorXd whitened_;  // factor^-1 values
+  field_core::Places places_;  // of the used measurements
+  Eigen::MatrixXd factor_;     // lower Cholesky factor of their covariance, in a larger matrix
+  Eigen::VectorXd whitened_;   // factor^-1 values
 };
 
 }  // namespace gp_localize

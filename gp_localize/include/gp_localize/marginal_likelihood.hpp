@@ -2,7 +2,7 @@
 // gradient: exact, and in the PITC approximation that the filter itself uses.
 //
 // Notation: z the n measurements at known places, mu the constant mean, theta = (mu, log sigma_s,
-// log sigma_n, log l_1, log l_2), Sigma the covariance of z, alpha = Sigma^-1 (z - mu). Then
+// log sigma_n, log l_1 .. log l_d), Sigma the covariance of z, alpha = Sigma^-1 (z - mu). Then
 //   log p(z) = -1/2 ((z - mu)^T alpha + log |Sigma| + n log 2 pi)
 //   d log p / d theta_i = <G, d Sigma / d theta_i>,   G = (alpha alpha^T - Sigma^-1) / 2
 // (Rasmussen and Williams 2006, eq. 5.8-5.9); d log p / d mu = 1^T alpha.
@@ -21,16 +21,17 @@
 
 namespace gp_localize {
 
-/// What maximum likelihood finds. Units: of the field, and metres.
+/// What maximum likelihood finds. Units: of the field, and of places.
 struct Hyperparameters {
   double mean = 0.0;
   double signal_stddev = 1.0;
   double noise_stddev = 0.1;
-  Eigen::Vector2d length_scales = {1.0, 1.0};
+  field_core::Place length_scales = Eigen::Vector2d(1.0, 1.0);
 };
 
-/// (mean, log signal_stddev, log noise_stddev, log length_scale_x, log length_scale_y).
-using Theta = Eigen::Matrix<double, 5, 1>;
+/// (mean, log signal_stddev, log noise_stddev, log length scales): 3 + d numbers.
+using Theta =
+    Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 + field_core::kMostDimensions, 1>;
 Theta to_theta(const Hyperparameters& h);
 Hyperparameters from_theta(const Theta& theta);
 
@@ -57,10 +58,10 @@ class FullLikelihood final : public MarginalLikelihood {
 /// PITC in slices of consecutive measurements. O(n (m^2 + slice_size^2)) per evaluation.
 class PitcLikelihood final : public MarginalLikelihood {
  public:
-  /// @param support 2 x m, distinct places
+  /// @param support d x m, distinct places
   /// @param jitter share of the signal variance added to the diagonal of K_uu
   PitcLikelihood(field_core::KernelType kernel, const FieldSurvey& survey,
-                 const Eigen::Matrix2Xd& support, int slice_size, double jitter = 1e-6)
+                 const field_core::Places& support, int slice_size, double jitter = 1e-6)
       : kernel_(kernel),
         survey_(survey),
         support_(support),
@@ -71,7 +72,7 @@ class PitcLikelihood final : public MarginalLikelihood {
  private:
   field_core::KernelType kernel_;
   const FieldSurvey& survey_;
-  Eigen::Matrix2Xd support_;
+  field_core::Places support_;
   int slice_size_;
   double jitter_;
 };

@@ -26,19 +26,21 @@ class OnlineSparseGp {
  public:
   using Evaluation = gp_localize::Evaluation;
 
-  OnlineSparseGp(int support_size, int slice_size, Recent recent)
+  /// @param dimensions coordinates of a place
+  OnlineSparseGp(int support_size, int slice_size, Recent recent, int dimensions = 2)
       : slice_size_(slice_size),
+        dimensions_(dimensions),
         recent_(recent),
         closed_(support_size),
-        slice_(support_size, slice_size) {}
+        slice_(support_size, slice_size, dimensions) {}
 
   /// Prediction at `point` with features `phi` (m numbers, `stride` apart). O(m^2 + open m).
-  void evaluate(const SupportBasis& basis, const Eigen::Vector2d& point, const double* phi,
+  void evaluate(const SupportBasis& basis, const Place& point, const double* phi,
                 Eigen::Index stride, Evaluation& at) const;
 
   /// Adds a measurement where `at` was evaluated; `value` is z minus the prior mean. O(m); the
   /// measurement that fills the slice closes it, O(slice_size m^2).
-  void append(const Eigen::Vector2d& point, const double* phi, Eigen::Index stride, Evaluation& at,
+  void append(const Place& point, const double* phi, Eigen::Index stride, Evaluation& at,
               double value, double noise_variance);
 
   /// Closes the slice before it is full: later measurements are independent of it given u (remark
@@ -56,18 +58,18 @@ class OnlineSparseGp {
   const double* summary() const { return closed_.numbers(); }
   static int summary_size(int support_size) { return SupportPosterior::size(support_size); }
   /// The open slice, oldest first.
-  Eigen::Vector2d open_point(int i) const { return slice_.point(i); }
+  Place open_point(int i) const { return slice_.point(i); }
   double open_value(int i) const { return slice_.value(i); }
   double open_noise(int i) const { return slice_.noise(i); }
   const double* open_features(int i) const { return slice_.features(i); }
 
-  /// All numbers of the object, for state files: the size depends on m and slice_size only.
+  /// All numbers of the object, for state files: the size depends on m, slice_size and d only.
   std::vector<double> numbers() const;
   void restore(const double* numbers);
-  static std::size_t number_count(int support_size, int slice_size);
+  static std::size_t number_count(int support_size, int slice_size, int dimensions = 2);
 
  private:
-  int slice_size_;
+  int slice_size_, dimensions_;
   Recent recent_;
   SupportPosterior closed_;
   OpenSlice slice_;

@@ -45,14 +45,14 @@ struct Evaluation {
 /// The measurements since the last slice was closed, conditioned on the closed ones.
 class OpenSlice {
  public:
-  OpenSlice(int support_size, int slice_size);
+  /// @param dimensions coordinates of a place
+  OpenSlice(int support_size, int slice_size, int dimensions = 2);
 
   /// Eq. (12)-(13), or (10)-(11), at `point` with features `phi` (m numbers). O(m^2 + open m).
-  void evaluate(const SupportBasis& basis, const SupportPosterior& closed,
-                const Eigen::Vector2d& point, const double* phi, Recent recent,
-                Evaluation& at) const;
+  void evaluate(const SupportBasis& basis, const SupportPosterior& closed, const Place& point,
+                const double* phi, Recent recent, Evaluation& at) const;
   /// Adds a measurement where `at` was evaluated; `value` is z minus the prior mean. O(m).
-  void append(const Eigen::Vector2d& point, const double* phi, const Evaluation& at, double value,
+  void append(const Place& point, const double* phi, const Evaluation& at, double value,
               double noise_variance);
   /// Definition 2: `after` is `before` with the measurements of this slice, which is empty then.
   /// The two may be one object. O(open m^2).
@@ -67,28 +67,28 @@ class OpenSlice {
 
   int open() const { return open_; }
   bool full() const { return open_ == slice_size_; }
-  Eigen::Vector2d point(int i) const { return {x()[i], y()[i]}; }
+  Place point(int i) const;
   double value(int i) const { return head(i)[1]; }
   double noise(int i) const { return head(i)[2]; }
   const double* features(int i) const { return gains() + (slice_size_ + i) * m_; }
 
-  /// For state files: open() and numbers(), whose size depends on m and the slice size only.
+  /// For state files: open() and numbers(), whose size depends on m, slice size and d only.
   const std::vector<double>& numbers() const { return numbers_; }
   void restore(int open, const double* numbers);
-  static std::size_t number_count(int support_size, int slice_size);
+  static std::size_t number_count(int support_size, int slice_size, int dimensions = 2);
 
  private:
   static constexpr int kHead = 3;  // whitened value, value, noise variance
   int padded() const { return (slice_size_ + 3) / 4 * 4; }
-  const double* x() const { return numbers_.data(); }
-  const double* y() const { return numbers_.data() + padded(); }
-  const double* head(int i) const { return y() + padded() + kHead * i; }
+  const double* coordinates(int axis) const { return numbers_.data() + axis * padded(); }
+  const double* head(int i) const { return coordinates(dimensions_) + kHead * i; }
   const double* factor(int i) const { return head(slice_size_) + slice_size_ * i; }
   const double* gains() const { return factor(slice_size_); }
 
-  int m_, slice_size_;
+  int m_, slice_size_, dimensions_;
   int open_ = 0;
-  // x | y | heads | F (rows, 1 / F_ii on the diagonal) | gains phi - A phi (rows) | phi (rows)
+  // x | y | ... | heads | F (rows, 1 / F_ii on the diagonal) | gains phi - A phi (rows) | phi
+  // (rows)
   std::vector<double> numbers_;
 };
 

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "field_core/random.hpp"
+
 namespace gp_localize {
 
 /// Turns log weights into weights that sum to 1, in place. False, and nothing changed, if none is
@@ -18,5 +20,8 @@ double effective_sample_size(const std::vector<double>& weights);
 /// @param offset uniform in [0, 1)
 void low_variance_resample(const std::vector<double>& weights, double offset, std::size_t count,
                            std::vector<int>& ancestors);
+/// The same draws in random order, for copies whose order means something.
+void resample_shuffled(const std::vector<double>& weights, std::size_t count,
+                       field_core::Random& random, std::vector<int>& ancestors);
 
 }  // namespace gp_localize

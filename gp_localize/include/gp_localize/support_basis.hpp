@@ -12,12 +12,15 @@
 
 namespace gp_localize {
 
+using field_core::Place;
+using field_core::Places;
+
 /// Features of many points: row i holds component i of phi for all points.
 using Features = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class SupportBasis {
  public:
-  /// @param support 2 x m, map frame [m]
+  /// @param support d x m, d as the kernel has length scales; in the plane map frame [m]
   /// @param jitter share of the signal variance added to the diagonal of Sigma_SS
   /// @param noise_variance 0: latent support; the field's noise variance: support as the paper
   /// prints it
@@ -25,37 +28,38 @@ class SupportBasis {
   ///             place depends on
   /// @throws NumericalError naming the two support points that coincide, or saying that Sigma_SS is
   ///         singular, with the remedy
-  SupportBasis(const field_core::Kernel& kernel, const Eigen::Matrix2Xd& support, double jitter,
+  SupportBasis(const field_core::Kernel& kernel, const Places& support, double jitter,
                double noise_variance, int room = 0);
 
   /// m, with the room to grow.
   Eigen::Index size() const { return support_.cols(); }
   const field_core::Kernel& kernel() const { return kernel_; }
-  /// The points so far, 2 x used.
-  Eigen::Ref<const Eigen::Matrix2Xd> support() const { return support_.leftCols(used_); }
+  int dimensions() const { return kernel_.dimensions(); }
+  /// The points so far, d x used.
+  Eigen::Ref<const Places> support() const { return support_.leftCols(used_); }
 
   /// Share of the signal variance at `point` that the support cannot explain: 0 to 1. O(m^2).
-  double unexplained(const Eigen::Vector2d& point) const;
+  double unexplained(const Place& point) const;
   bool has_room() const { return used_ < size(); }
   /// Adds a support point. L gains a row, u a coordinate that is independent of all others: what
   /// was learned stays as it is, what is learned from now on may use the point. O(m^2), allocates
   /// nothing. There must be room, and the point must not be explained already.
-  void grow(const Eigen::Vector2d& point);
+  void grow(const Place& point);
   /// phi_k at `point` for the point k that was added last. O(m).
-  double newest_feature(const Eigen::Vector2d& point) const;
+  double newest_feature(const Place& point) const;
   /// Back to the points it was made with.
   void forget_grown();
 
-  /// phi at each column of `points` (2 x n): m x n. O(m^2 n); allocates only if the shape changes.
-  void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, Features& features) const;
+  /// phi at each column of `points` (d x n): m x n. O(m^2 n); allocates only if the shape changes.
+  void features(const Eigen::Ref<const Places>& points, Features& features) const;
   /// The same into m x n numbers, row-major.
-  void features(const Eigen::Ref<const Eigen::Matrix2Xd>& points, double* features) const;
+  void features(const Eigen::Ref<const Places>& points, double* features) const;
 
  private:
   field_core::Kernel kernel_;
   Eigen::Index first_, used_;
   double diagonal_;  // added to that of Sigma_SS
-  Eigen::Matrix2Xd support_;
+  Places support_;
   Features whitening_;  // L^-1, lower triangular; rows from used_ on are 0
 };
 

@@ -18,12 +18,17 @@ namespace gp_localize {
 ///                   400
 ///   survey         greedy k-centre over the places of the survey, from their centre outwards
 /// @throws ParameterError if `explicit` has no points, DataError for a survey that cannot be read
-Eigen::Matrix2Xd select_support(const SupportParams& params, const field_core::Kernel& kernel,
-                                double noise_variance, const std::string& survey = "");
+field_core::Places select_support(const SupportParams& params, const field_core::Kernel& kernel,
+                                  double noise_variance, const std::string& survey = "");
 
 /// Greedy k-centre (Gonzalez 1985): at most `size` distinct columns of `places`, each the farthest
 /// from those before it, starting with the nearest to `start`. O(size n).
-Eigen::Matrix2Xd spread_over(const Eigen::Matrix2Xd& places, const Eigen::Vector2d& start,
-                             int size);
+field_core::Places spread_over(const field_core::Places& places, const field_core::Place& start,
+                               int size);
+
+/// Greedy maximization of the mutual information between the chosen and the other columns of
+/// `places` under `kernel`: `size` of them, but always fewer than there are. O(size n^2).
+field_core::Places most_informative(const field_core::Places& places, int size,
+                                    const field_core::Kernel& kernel, double noise_variance);
 
 }  // namespace gp_localize

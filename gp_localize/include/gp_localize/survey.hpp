@@ -7,11 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "field_core/kernels.hpp"
+
 namespace gp_localize {
 
-/// Measurements of one field: column i of `places` (2 x n, map frame [m]) and values[i].
+/// Measurements of one field: column i of `places` (d x n; 2 x n in the map frame [m]
+/// where it comes from a file) and values[i].
 struct FieldSurvey {
-  Eigen::Matrix2Xd places;
+  field_core::Places places;
   Eigen::VectorXd values;
 };
 
