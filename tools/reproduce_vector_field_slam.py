@@ -19,7 +19,8 @@ import vector_field_slam_recordings as recordings
 NAMES = {"odometry": "odometry alone", "raw": "direct triangulation", "ekf": "`solver: ekf`",
          "eseif": "`solver: eseif` (default)",
          "eseif_shared_nodes": "`relocation: shared_nodes`",
-         "eseif_linear": "`underweighting: 0`", "ekf_linear": "`solver: ekf`, `underweighting: 0`",
+         "eseif_underweighted": "`underweighting: 4`", "ekf_underweighted": "`solver: ekf`, `underweighting: 4`",
+         "eseif_linear": "`solver: eseif`, `underweighting: 0`",
          "eseif_paper": "the paper's: `relocation: blank`, `recovery_rings: 0`, `underweighting: 0`",
          "eseif_background": "default with `background_period: 100`",
          "eseif_corrected_at_once": "`solver: batch`, online estimates",
@@ -210,6 +211,7 @@ def walks(data, work, config, seeds):
 
 
 def recorded_table(groups, variants):
+    names = {**NAMES, "eseif": "`solver: eseif`"}  # with what the recording's configuration says
     lines = ["| run | solver | mean error [m] | aligned [m] | odometry's by this | inside the 90 % ellipse | NEES (x, y, yaw), 3 is ideal "
              "| NIS per dof | runs |", "|---|---|---|---|---|---|---|---|---|"]
     for name, runs in groups:
@@ -222,7 +224,7 @@ def recorded_table(groups, variants):
 
             error = mean([e["unaligned"] for e in found])
             share = column("share", 100, 0) if variant != "odometry" else "-"
-            lines.append(f"| {name} | {NAMES[variant]} | {error:.2f} | {column('aligned')} | {alone / error:.1f} | "
+            lines.append(f"| {name} | {names[variant]} | {error:.2f} | {column('aligned')} | {alone / error:.1f} | "
                          f"{share} | {column('nees', 1, 1) if variant != 'odometry' else '-'} | {column('nis')} | {len(runs)} |")
     return "\n".join(lines)
 

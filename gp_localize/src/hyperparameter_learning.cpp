@@ -44,12 +44,12 @@ double stddev_of(const Eigen::VectorXd& v) {
 }
 
 /// theta begins with mean, signal and noise; the length scales follow.
-constexpr Index kLengths = 3;
+constexpr Index kFirstLength = 3;
 
 Box search_box(const FieldSurvey& s) {
   const double extent = (s.places.rowwise().maxCoeff() - s.places.rowwise().minCoeff()).maxCoeff();
   const double spread = stddev_of(s.values);
-  const Index size = kLengths + s.places.rows();
+  const Index size = kFirstLength + s.places.rows();
   Box box{Theta(size), Theta(size)};
   const auto set = [&box](Index i, double low, double high) {
     box.low[i] = low;
@@ -58,7 +58,8 @@ Box search_box(const FieldSurvey& s) {
   set(0, s.values.mean() - 10.0 * spread, s.values.mean() + 10.0 * spread);
   set(1, std::log(0.05 * spread), std::log(20.0 * spread));
   set(2, std::log(1e-3 * spread), std::log(3.0 * spread));
-  for (Index i = kLengths; i < size; ++i) set(i, std::log(extent / 200.0), std::log(10.0 * extent));
+  for (Index i = kFirstLength; i < size; ++i)
+    set(i, std::log(extent / 200.0), std::log(10.0 * extent));
   return box;
 }
 
@@ -69,7 +70,7 @@ Theta random_start(const FieldSurvey& s, const Box& box, field_core::Random& ran
   theta[1] = std::log(spread * random.uniform(0.7, 1.5));
   theta[2] = std::log(spread * random.uniform(0.03, 0.6));
   // Between 1/40 of the extent and the extent.
-  for (Index i = kLengths; i < theta.size(); ++i)
+  for (Index i = kFirstLength; i < theta.size(); ++i)
     theta[i] = box.high[i] - std::log(10.0) - random.uniform(0.0, std::log(40.0));
   return theta;
 }

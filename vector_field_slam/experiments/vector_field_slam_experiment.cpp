@@ -203,13 +203,12 @@ void evaluate(const Case& c, int seed, double interpolation_stddev, bool correct
   p = base;
   p.relocation = Relocation::blank;
   p.recovery_rings = 0;
-  p.underweighting = 0.0;
   online("eseif_paper", p);
   p = base;
-  p.underweighting = 0.0;
-  online("eseif_linear", p);
+  p.underweighting = 4.0;
+  online("eseif_underweighted", p);
   p.solver = SolverType::ekf;
-  online("ekf_linear", p);
+  online("ekf_underweighted", p);
   evaluate_batch(c, seed, steps, base);
   if (!corrected) return;
   p = base;

@@ -39,7 +39,6 @@ class Consistency : public ::testing::Test {
       p.solver = solver;
       p.relocation = relocation;
       p.recovery_rings = rings;
-      if (relocation == Relocation::blank) p.underweighting = 0.0;
       const Aligned a = simulation::run(runs()[i], p).aligned;
       s.mean += a.mean / kRuns;
       s.inside += a.share_inside / kRuns;
