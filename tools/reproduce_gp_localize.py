@@ -55,8 +55,9 @@ OTHER_MAP = {
     "map of the other run, heavy tails": {"mode": "localization", "outlier_share": 0.1},
 }
 # Figure 4b: time per step on the Pioneer run, 100 particles and paths.
-TIMED = {"GP-Localize": "online_pitc", "SoD-Truncate": "sod_truncate", "SoD-Even": "sod_even", "full GP": "full_gp",
-         "offline PITC": "offline_pitc", "a map per particle": "particle"}
+TIMED = {"GP-Localize (eq. 12-13)": "online_pitc", "GP-Localize (eq. 10-11)": "online_pitc_assimilated",
+         "SoD-Truncate": "sod_truncate", "SoD-Even": "sod_even", "full GP": "full_gp", "offline PITC": "offline_pitc",
+         "FITC": "fitc", "a map per particle": "particle"}
 STARTS = {"exact start": (1e-4, 1e-4), "start +- 2 m, 0.1 rad": (4.0, 0.01)}
 # The paper's section 4.3 has a page of its own.
 TRAFFIC = "traffic"
@@ -248,11 +249,14 @@ def plot_errors(samples, file):
 
 
 def plot_times(experiment, seeds, file):
-    """Figure 4b of the paper. One replay at a time: they are timed."""
+    """Figure 4b of the paper, and the medians of the first and the last 100 steps. One replay at a time: they are timed."""
     figure, axis = plt.subplots(figsize=(8, 4))
     for label, model in TIMED.items():
         runs = [experiment.step_times(model, seed) for seed in range(1, seeds + 1)]
-        axis.semilogy([1e3 * statistics.median(step) for step in zip(*runs)], label=label, linewidth=0.8)
+        steps = [1e3 * statistics.median(step) for step in zip(*runs)]
+        print(f"{label}: {statistics.median(steps[:100]):.3g} ms, at the end {statistics.median(steps[-100:]):.3g} ms",
+              file=sys.stderr)
+        axis.semilogy(steps, label=label, linewidth=0.8)
     axis.set_xlabel("step")
     axis.set_ylabel("time of a step [ms]")
     axis.legend(fontsize=8)
@@ -290,7 +294,7 @@ def main():
             experiment = Experiment(name, arguments.data, arguments.output)
             rows += measure(experiment, arguments.seeds, pool, wanted, samples)
             if name == "pioneer" and arguments.times:
-                plot_times(experiment, arguments.times, arguments.output / "step_times.png")
+                plot_times(experiment, arguments.times, arguments.page.with_name("gp_localize_step_times.png"))
     if not rows:
         return
     plot_errors(samples, arguments.output / "errors.png")
@@ -300,10 +304,8 @@ def main():
     page.parent.mkdir(parents=True, exist_ok=True)
     mark = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
     before = page.read_text().split(mark)[0] if page.exists() else "# GP-Localize: the paper's experiments\n\n"
-    for name in ("errors.png", "step_times.png"):
-        if (arguments.output / name).exists():
-            shutil.copy(arguments.output / name, page.parent / f"gp_localize_{name}")
-            text += f"\n![{name}](gp_localize_{name})\n"
+    shutil.copy(arguments.output / "errors.png", page.parent / "gp_localize_errors.png")
+    text += "\n![errors.png](gp_localize_errors.png)\n"
     page.write_text(before + mark + "\n" + text)
     print(text)
 
