@@ -159,7 +159,7 @@ class Experiment:
         directory = self.output / f"timing_{model}_{seed}"
         if not (directory / "timing.csv").exists():
             directory.mkdir(exist_ok=True)
-            values = self.configuration(self.field_sets[0], "a map per particle", "exact start")
+            values = self.configuration(self.field_sets[0], "a map per particle, fixed hyperparameters", "exact start")
             values.update(particles=100, sample_paths=100)
             if model != "particle":
                 values.update(map_hypotheses="sample_paths", observation_model=model,
