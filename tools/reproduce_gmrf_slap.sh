@@ -2,7 +2,7 @@
 # The paper's section III over many seeds, several robots, large grids and real fields: docs/results/gmrf_slap.md and its
 # pictures. Runs that are done stay in out/reproduce_gmrf_slap and are not repeated.
 # Usage: tools/reproduce_gmrf_slap.sh [--seeds N] [--only paper robots grids real] [--robots 2 5] [--sides 31 101 301]
-# Two robots (20 seeds) take more than ten minutes, five (5 seeds) and 301 x 301 sites (1 seed) several minutes each.
+# 20 seeds of two robots take ten minutes, of five robots and of 301 x 301 sites each more than twenty.
 # Real fields: ../shared/data or FIELD_DATA_DIR
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 tools/install_dependencies.sh
