@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "panel_product.hpp"
+#include "field_core/panel_product.hpp"
 #include "selected_inverse.hpp"
 
 namespace field_core {

@@ -1,4 +1,4 @@
-#include "panel_product.hpp"
+#include "field_core/panel_product.hpp"
 
 #include <cstring>
 

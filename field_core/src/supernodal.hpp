@@ -2,7 +2,7 @@
 // without BLAS, whose threads could change the last bits. One thread.
 #pragma once
 
-#include "panel_product.hpp"
+#include "field_core/panel_product.hpp"
 #include "selected_inverse.hpp"
 
 namespace field_core {

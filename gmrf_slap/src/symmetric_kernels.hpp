@@ -1,15 +1,17 @@
-// Sigma -= C diag(d) C^T for a symmetric matrix, the hot loop of the dense engine, compiled for
-// several instruction sets and chosen at run time. Callers own all memory.
+// Sigma -= C diag(d) C^T for a symmetric matrix, the hot loop of the dense engine, by
+// field_core::panel_product. Callers own all memory.
 #pragma once
 
 #include <cstddef>
+
+#include "field_core/panel_product.hpp"
 
 namespace gmrf_slap {
 
 /// C is laid in panels of kPanelRows rows: row i, column k at
 /// panels[(i / kPanelRows) columns kPanelRows + k kPanelRows + i % kPanelRows]; rows beyond n are
 /// 0.
-constexpr int kPanelRows = 24;
+constexpr int kPanelRows = field_core::kPanelHeight;
 
 inline int panel_count(int n) { return (n + kPanelRows - 1) / kPanelRows; }
 /// Numbers of scratch that symmetric_downdate needs.
@@ -20,9 +22,9 @@ std::size_t downdate_scratch(int n, int columns);
 void symmetric_downdate(int n, double* lower, int columns, const double* panels, const double* d,
                         double* scratch);
 
-enum class VectorWidth { narrow, avx2, avx512 };
-/// The widest version that the processor has and `most` allows is used from now on; returns it. For
-/// tests and benchmarks.
-VectorWidth use_vector_width(VectorWidth most);
+using field_core::VectorWidth;
+/// The widest version that the processor has and `most` allows is used from now on. For tests and
+/// benchmarks.
+void use_vector_width(VectorWidth most);
 
 }  // namespace gmrf_slap
