@@ -192,7 +192,7 @@ field_core::UpdateResult EkfSolver<M>::observe(const Mounting<double>& mounting,
 
   const Interpolation<double> at(model_.grid, cell, sensor.x, sensor.y);
   double rows[M][kRobot + 4 * M], innovation[M], variances[M];
-  const LocalMatrix local = local_covariance(nodes);
+  const LocalMatrix local = underweighting_ > 0.0 ? local_covariance(nodes) : LocalMatrix();
   int used = 0;
   for (int k = 0; k < count; ++k) {
     const auto p =

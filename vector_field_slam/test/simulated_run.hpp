@@ -165,6 +165,21 @@ inline SE2 triangulate(const Room& s, const Eigen::Vector4d& z) {
   return SE2(p.x(), p.y(), yaw);
 }
 
+/// Share inside the 90 % ellipse and mean NEES of (x, y) [2 is ideal] of positions as they are.
+inline std::pair<double, double> consistency(const std::vector<SE2>& truth,
+                                             const std::vector<SE2>& estimates,
+                                             const std::vector<Eigen::Matrix2d>& covariances) {
+  double share = 0.0, nees = 0.0;
+  const auto n = static_cast<double>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector2d e = estimates[i].translation() - truth[i].translation();
+    const double m = e.dot(covariances[i].inverse() * e);
+    nees += m / n;
+    share += (m <= 4.605) / n;
+  }
+  return {share, nees};
+}
+
 /// Errors of positions after rigid alignment of the estimates with the truth (least squares).
 struct Aligned {
   double mean = 0.0;
@@ -188,32 +203,17 @@ inline Aligned align(const std::vector<SE2>& truth, const std::vector<SE2>& esti
   }
   const Eigen::Matrix2d r = Eigen::Rotation2Dd(std::atan2(across, along)).toRotationMatrix();
   Aligned result;
+  std::vector<SE2> aligned;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const Eigen::Vector2d e =
-        r * (estimates[i].translation() - from) - (truth[i].translation() - to);
-    result.mean += e.norm() / n;
-    if (covariances.empty()) continue;
-    const Eigen::Matrix2d p = r * covariances[i] * r.transpose();
-    const double m = e.dot(p.inverse() * e);
-    result.nees += m / n;
-    result.share_inside += (m <= 4.605) / n;
+    const Eigen::Vector2d p = r * (estimates[i].translation() - from) + to;
+    result.mean += (p - truth[i].translation()).norm() / n;
+    aligned.emplace_back(p.x(), p.y(), 0.0);
   }
+  if (covariances.empty()) return result;
+  std::vector<Eigen::Matrix2d> turned;
+  for (const Eigen::Matrix2d& c : covariances) turned.emplace_back(r * c * r.transpose());
+  std::tie(result.share_inside, result.nees) = consistency(truth, aligned, turned);
   return result;
-}
-
-/// Share inside the 90 % ellipse and mean NEES of (x, y) [2 is ideal] of positions as they are.
-inline std::pair<double, double> consistency(const std::vector<SE2>& truth,
-                                             const std::vector<SE2>& estimates,
-                                             const std::vector<Eigen::Matrix2d>& covariances) {
-  double share = 0.0, nees = 0.0;
-  const auto n = static_cast<double>(truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    const Eigen::Vector2d e = estimates[i].translation() - truth[i].translation();
-    const double m = e.dot(covariances[i].inverse() * e);
-    nees += m / n;
-    share += (m <= 4.605) / n;
-  }
-  return {share, nees};
 }
 
 /// Odometry noise of the estimator that matches the simulated one over a period.
