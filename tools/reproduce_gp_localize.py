@@ -305,7 +305,9 @@ def main():
     mark = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
     before = page.read_text().split(mark)[0] if page.exists() else "# GP-Localize: the paper's experiments\n\n"
     shutil.copy(arguments.output / "errors.png", page.parent / "gp_localize_errors.png")
-    text += "\n![errors.png](gp_localize_errors.png)\n"
+    for name in ("errors", "step_times"):
+        if (page.parent / f"gp_localize_{name}.png").exists():
+            text += f"\n![{name}](gp_localize_{name}.png)\n"
     page.write_text(before + mark + "\n" + text)
     print(text)
 

@@ -270,16 +270,14 @@ def main():
         plot_simulated(runs, output / f"vector_field_slam_{name}.png", label)
         values[name] = simulated_table(runs)
     values["hall"] = by_run(read(work / "hall.csv"))
-    parts = {"plaza": ("plaza1", ("eseif_corrected_at_once", "eseif", "ekf", "eseif_paper"), lambda c: plaza(data, work, c, arguments.seeds)),
-             "utias": ("utias_ds6", ("eseif", "ekf", "eseif_paper"),
-                       lambda c: utias(data, work, c, arguments.seeds)),
-             "walks": ("mag_arkit", ("eseif", "ekf", "eseif_linear"),
-                       lambda c: walks(data, work, c, arguments.seeds))}
+    parts = {"plaza": ("plaza1", ("eseif_corrected_at_once", "eseif", "ekf", "eseif_paper"), plaza),
+             "utias": ("utias_ds6", ("eseif", "ekf", "eseif_paper"), utias),
+             "walks": ("mag_arkit", ("eseif", "ekf", "eseif_linear"), walks)}
     for part, (recording, variants, make) in parts.items():
         if not (data / recording).is_dir():
             values[part] = f"(not run: no recording `{recording}`)"
             continue
-        groups = list(make(root / "config" / "recordings" / f"{recording}.vector_field_slam.yaml"))
+        groups = list(make(data, work, root / "config" / "recordings" / f"{recording}.vector_field_slam.yaml", arguments.seeds))
         values[part] = recorded_table(groups, variants)
         plot_paths(groups, variants[:2], output / f"vector_field_slam_{part}.png")
     (output / "vector_field_slam.md").write_text(text.format(**values))
