@@ -151,16 +151,18 @@ BENCHMARK(step)
     ->Iterations(30)
     ->Unit(benchmark::kMillisecond);
 
-/// The same drive in the middle of grids of any size: what still depends on the grid.
+/// The same drive in the middle of grids of any size: what still depends on the grid. Arguments:
+/// belief, side, where the robot turns back.
 void same_drive(benchmark::State& state) {
   const auto belief = static_cast<PositionBelief>(state.range(0));
   Slap slap(paper(static_cast<int>(state.range(1)), Engine::local, belief), 1);
-  Robot robot(slap, 20.0);
+  Robot robot(slap, static_cast<double>(state.range(2)));
   run_steps(state, slap, robot);
 }
 BENCHMARK(same_drive)
-    ->ArgNames({"belief", "side"})
-    ->ArgsProduct({{kTracks, kSites}, {75, 101, 201, 301}})
+    ->ArgNames({"belief", "side", "edge"})
+    ->ArgsProduct({{kTracks, kSites}, {31, 51, 75, 101, 201, 301}, {4}})
+    ->ArgsProduct({{kTracks, kSites}, {75, 101, 201, 301}, {20}})
     ->Iterations(120)
     ->Unit(benchmark::kMillisecond);
 

@@ -210,6 +210,27 @@ TEST(WindowField, ReachesAheadOfTheRobotOnly) {
   EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+/// Whether a robot that comes back finds the window that it had, on a grid of `side` squared.
+bool keeps_the_window(int side, int grow_up_to) {
+  const Lattice lattice({0.0, 0.0}, 1.0, side, side, false);
+  WindowSettings settings;
+  settings.margin = 3;  // 49 sites around each of two places far apart
+  settings.grow_up_to = grow_up_to;
+  auto field = make_window_field(lattice, prior_precision(lattice, {1.0, 0.2, 2}), settings);
+  const int here = lattice.site(5, 5), there = lattice.site(15, 5);
+  field->focus({here}, {here});
+  field->focus({there}, {there});
+  return !field->focus({here}, {here});
+}
+
+TEST(WindowField, GrowsUpToALimitWhateverTheGrid) {
+  for (const int side : {20, 40}) {
+    EXPECT_TRUE(keeps_the_window(side, 98)) << side;
+    EXPECT_FALSE(keeps_the_window(side, 97)) << side;
+    EXPECT_FALSE(keeps_the_window(side, 0)) << side;
+  }
+}
+
 TEST(WindowField, RefusesAStateThatKeptWhatItLearnedApart) {
   const Lattice lattice({0.0, 0.0}, 1.0, 9, 9, false);
   auto field = make_window_field(lattice, prior_precision(lattice, {1.0, 0.2, 2}), {});
