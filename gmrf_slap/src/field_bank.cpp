@@ -49,9 +49,8 @@ constexpr double kHaloBandwidths = 3.5;
 constexpr double kLargestHalo = 50.0;
 /// Windows cost about as much to take as to carry for some steps; those of the sparse engine more.
 constexpr int kLocalMargin = 6, kSparseMargin = 8;
-/// Up to here, the grid of the paper, a larger window costs less than to take another one every few
-/// steps.
-constexpr int kGrowUpTo = 961;
+/// Up to here a window of the whole grid costs less than to take another one every few steps.
+constexpr int kGrowUpTo = 1000;
 
 std::unique_ptr<GaussianField> make_engine(const Lattice& lattice, const GmrfSlapParams& params,
                                            const Theta& theta,

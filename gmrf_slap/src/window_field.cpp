@@ -160,13 +160,9 @@ void WindowField::choose_sites() {
   window_.clear();
   insert_around(lattice_, ahead, settings_.margin, window_);
   for (const int s : asked) window_.insert(s);
-  const std::vector<int> needed = window_.sites();
-  for (const int s : before) window_.insert(s);
-  if (window_.size() <= settings_.grow_up_to) {
+  if (sites() <= settings_.grow_up_to) {
+    for (const int s : before) window_.insert(s);
     asked = window_.sites();
-  } else {
-    window_.clear();
-    for (const int s : needed) window_.insert(s);
   }
   if (window_.size() > settings_.largest_window) {
     throw field_core::NumericalError(

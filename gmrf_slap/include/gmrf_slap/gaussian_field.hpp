@@ -101,7 +101,7 @@ struct WindowSettings {
   /// Eliminated around what was asked for, beyond the margin; what is further away is held at its
   /// last mean. Negative: everything, which is exact.
   int halo = -1;
-  int grow_up_to = 0;         ///< windows keep what they had while they have at most so many sites
+  int grow_up_to = 0;         ///< on grids of at most this many sites windows only grow
   int memory = 1;             ///< calls of focus() that the window serves: robots
   int largest_window = 4000;  ///< [sites]
 };
