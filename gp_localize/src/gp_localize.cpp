@@ -242,7 +242,7 @@ field_core::FieldPrediction GpLocalize::predict_field(const Eigen::Matrix2Xd& po
     map_->predict(static_cast<int>(f), points, particles_, mean, variance);
     p.mean.row(f) = mean.transpose().array() + model.mean;
     p.variance.row(f) = variance.transpose().array() + model.noise_variance;
-    p.prior_variance[f] = model.basis.kernel().signal_variance() + model.noise_variance;
+    p.prior_variance[f] = model.signal_variance() + model.noise_variance;
   }
   return p;
 }

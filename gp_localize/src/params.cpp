@@ -64,6 +64,7 @@ void GpLocalizeParams::validate() const {
   if (adaptive.min_particles > particles) {
     throw ParameterError("adaptive/min_particles", "must not be larger than particles");
   }
+  validate_coregionalization();
 }
 
 }  // namespace gp_localize

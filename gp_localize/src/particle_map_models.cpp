@@ -7,14 +7,14 @@
 
 namespace gp_localize {
 
-/// Every candidate of a field as often as any other, in random order: fields are independent.
+/// Every candidate of a group as often as any other, in random order: groups are independent.
 void ParticleMap::draw_candidates(field_core::Random& random) {
-  const std::size_t fields = fields_.size(), count = closed_.size();
-  candidate_.assign(count * fields, 0);
-  for (std::size_t f = 0; f < fields; ++f) {
-    const std::size_t choices = candidates_[f].size();
+  const std::size_t groups = first_.size(), count = closed_.size();
+  candidate_.assign(count * groups, 0);
+  for (std::size_t g = 0; g < groups; ++g) {
+    const std::size_t choices = candidates_[first_[g]].size();
     if (choices == 1) continue;
-    const auto at = [&](std::size_t p) -> int& { return candidate_[p * fields + f]; };
+    const auto at = [&](std::size_t p) -> int& { return candidate_[p * groups + g]; };
     for (std::size_t p = 0; p < count; ++p) at(p) = static_cast<int>(p % choices);
     for (std::size_t p = count - 1; p > 0; --p) std::swap(at(p), at(random.index(p + 1)));
   }
@@ -23,7 +23,7 @@ void ParticleMap::draw_candidates(field_core::Random& random) {
 void ParticleMap::find_members(int field, int c, std::size_t count) const {
   members_.clear();
   for (std::size_t p = 0; p < count; ++p) {
-    if (candidate_[p * fields_.size() + field] == c) members_.push_back(p);
+    if (candidate_[p * first_.size() + fields_[field].group] == c) members_.push_back(p);
   }
 }
 
@@ -32,9 +32,11 @@ void ParticleMap::compute_features(int field, std::size_t count) {
     find_members(field, static_cast<int>(c), count);
     const auto n = static_cast<Eigen::Index>(members_.size());
     if (n == 0) continue;
-    for (Eigen::Index i = 0; i < n; ++i) gathered_.col(i) = points_.col(members_[i]);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      gathered_.col(i) << points_.col(members_[i]), static_cast<double>(fields_[field].member);
+    }
     const SupportBasis& basis = candidates_[field][c].basis;
-    basis.features(gathered_.leftCols(n), features_.data());
+    basis.features(gathered_.topLeftCorner(basis.place_dimensions(), n), features_.data());
     const Eigen::Map<const Features> features(features_.data(), basis.size(), n);
     for (Eigen::Index i = 0; i < n; ++i) phi_[field].col(members_[i]) = features.col(i);
   }
@@ -56,8 +58,8 @@ void ParticleMap::grow_support(const ParticleSet& particles) {
   if (most <= grow_at_ || least <= kSingular) return;
   grow_all(place);
   for (std::size_t p = 0; p < map_.size(); ++p) {
-    for (std::size_t f = 0; f < fields_.size(); ++f) {
-      slices_[slice_[p]][f].extend(model(p, static_cast<int>(f)).basis);
+    for (std::size_t g = 0; g < first_.size(); ++g) {
+      slices_[slice_[p]][g].extend(model(p, first_[g]).basis);
     }
   }
 }
@@ -95,10 +97,11 @@ std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
       const FieldModel& m = candidates_[f][c];
       const auto& kernel = m.basis.kernel();
       posterior.values.col(c) << kernel.length_scales(), std::sqrt(m.noise_variance),
-          std::sqrt(kernel.signal_variance());
+          std::sqrt(m.signal_variance());
     }
     for (std::size_t p = 0; p < particles.size(); ++p) {
-      posterior.probability[candidate_[p * fields_.size() + f]] += particles[p].weight;
+      posterior.probability[candidate_[p * first_.size() + fields_[f].group]] +=
+          particles[p].weight;
     }
     all.push_back(std::move(posterior));
   }
@@ -109,20 +112,21 @@ std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
 Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Matrix2Xd& points,
                                               const std::vector<double>& weights) const {
   const auto count = static_cast<Eigen::Index>(members_.size());
-  const SupportBasis& basis = candidates_[field][c].basis;
+  const FieldModel& model = candidates_[field][c];
+  const SupportBasis& basis = model.basis;
   const auto panels = make_path_panels(basis, static_cast<int>(count), slice_size_, recent_,
                                        Precision::double_precision);
   const auto slice = [&](Eigen::Index i) -> const OpenSlice& {
-    return slices_[slice_[members_[i]]][field];
+    return slices_[slice_[members_[i]]][model.group];
   };
   Eigen::MatrixXd summaries(SupportPosterior::size(static_cast<int>(basis.size())), count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double* numbers = closed_[map_[members_[i]]][field].numbers();
+    const double* numbers = closed_[map_[members_[i]]][model.group].numbers();
     summaries.col(i) = Eigen::Map<const Eigen::VectorXd>(numbers, summaries.rows());
   }
   panels->assimilate(summaries);
   panels->weight(weights);
-  Places places(2, count);
+  Places places(basis.place_dimensions(), count);
   Features features(basis.size(), count);
   for (int k = 0; k < slice(0).open(); ++k) {  // all have measured the same
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -132,7 +136,7 @@ Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Mat
     panels->extend(basis, places, features, slice(0).value(k), slice(0).noise(k));
   }
   Eigen::Matrix2Xd moments;
-  panels->add(basis, points, 0.0, 0.0, nullptr, moments);
+  panels->add(basis, model.places(points), 0.0, 0.0, nullptr, moments);
   return moments;
 }
 

@@ -31,6 +31,9 @@ class SamplePathMap : public MapModel {
   void restore(const field_core::State& state, const std::vector<int>& ancestors) override;
 
  private:
+  /// Adds the readings of one group, at `which` of the step's observations, to `total`.
+  void weigh_group(const ParticleSet& particles, const std::vector<Observation>& observations,
+                   PathBank& total, Innovation& innovation);
   void close_slice();
   /// Paths continue from poses drawn from the particles, by low-variance sampling.
   void redraw_paths(const ParticleSet& particles, field_core::Random& random);
@@ -39,11 +42,13 @@ class SamplePathMap : public MapModel {
   int slice_size_;
   bool redraw_;
   std::vector<RobotState> paths_;                 // where each path stands
-  std::vector<std::unique_ptr<PathBank>> banks_;  // one per field
+  std::vector<std::unique_ptr<PathBank>> banks_;  // one per group
   int steps_in_slice_ = 0;
   // Kept between steps: of the particles, and of the paths.
   Places points_, path_points_;
-  Eigen::Matrix2Xd moments_;
+  std::vector<std::size_t> which_;  // observations of a group
+  std::vector<Reading> readings_;   // the same
+  std::vector<Eigen::Matrix2Xd> moments_;
   std::vector<double> weights_;
   std::vector<int> drawn_;
 };
