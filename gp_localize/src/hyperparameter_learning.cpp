@@ -17,6 +17,7 @@ namespace gp_localize {
 namespace {
 
 using Eigen::Index;
+using field_core::Places;
 
 /// Coordinates without bounds for theta within its box: theta = low + (high - low) / (1 + exp(-t)).
 struct Box {

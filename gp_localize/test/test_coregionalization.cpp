@@ -70,6 +70,14 @@ std::vector<Observation> observe(const std::vector<FieldModel>& models, int step
   return all;
 }
 
+/// Readings of slices that are closed.
+std::vector<Read> closed(std::vector<Read> history, int step) {
+  history.erase(std::remove_if(history.begin(), history.end(),
+                               [step](const Read& r) { return r.block >= step / kSlice; }),
+                history.end());
+  return history;
+}
+
 /// Log density of the group's readings, as dense regression has it.
 double expected_density(const test::CorrelatedFields& dense, const std::vector<Read>& history,
                         const Eigen::Vector2d& at, const std::vector<Observation>& observations,
@@ -135,7 +143,7 @@ class InParticles : public ::testing::TestWithParam<ObservationModelType> {
     for (int i = 0; i < kParticles; ++i) {
       const auto at = particles[i].pose.translation();
       const double expected =
-          expected_density(dense, histories[i], at, observations, block()) + alone[i];
+          expected_density(dense, used(i), at, observations, block()) + alone[i];
       // As in test_particle_map: condition 1e6 of the support.
       EXPECT_NEAR(expected, log_likelihood[i], 1e-8) << "particle " << i << ", step " << step;
     }
@@ -168,7 +176,7 @@ class InParticles : public ::testing::TestWithParam<ObservationModelType> {
       predicted.predict(f, query, particles, mean, variance);
       double m = 0.0, square = 0.0;
       for (int i = 0; i < kParticles; ++i) {
-        const auto d = dense.regress(histories[i], query, {f}, block());
+        const auto d = dense.regress(used(i), query, {f}, block());
         m += particles[i].weight * d.mean[0];
         square += particles[i].weight * (d.covariance(0, 0) + d.mean[0] * d.mean[0]);
       }
@@ -236,6 +244,9 @@ TEST_P(InPaths, JointDensityIsDenseRegression) {
   field_core::Random random(2);
   constexpr int kManyParticles = 70;  // more than are prepared at a time
   std::vector<std::vector<Read>> histories(p.sample_paths);
+  const auto used = [&](int path, int step) {
+    return recent ? histories[path] : closed(histories[path], step);
+  };
   const auto draw = [&](int n) {
     Places places(2, n);
     for (double& x : places.reshaped()) x = random.uniform(-3.0, 3.0);
@@ -256,11 +267,11 @@ TEST_P(InPaths, JointDensityIsDenseRegression) {
     bank->log_mean(log_likelihood);
     for (int i = 0; i < kManyParticles; i += 9) {
       double sum = 0.0, first = 0.0;
-      for (const auto& history : histories) {
-        sum +=
-            std::exp(expected_density(dense, history, particles.col(i), observations, block)) / 3;
-        first +=
-            dense.regress(history, particles.col(i), {observations[0].field}, block).mean[0] / 3;
+      for (int c = 0; c < p.sample_paths; ++c) {
+        const auto history = used(c, step);
+        const Eigen::Vector2d at = particles.col(i);
+        sum += std::exp(expected_density(dense, history, at, observations, block)) / 3;
+        first += dense.regress(history, at, {observations[0].field}, block).mean[0] / 3;
       }
       EXPECT_NEAR(std::log(sum), log_likelihood[i], tolerance) << "step " << step;
       EXPECT_NEAR(first, moments[0](0, i), 20.0 * tolerance);
@@ -278,8 +289,8 @@ TEST_P(InPaths, JointDensityIsDenseRegression) {
     Eigen::Matrix2Xd moments;
     bank->predict(models[f].places(query), moments);
     double mean = 0.0;
-    for (const auto& history : histories) {
-      mean += dense.regress(history, query, {f}, recent ? 2 : -1).mean[0] / 3;
+    for (int c = 0; c < p.sample_paths; ++c) {
+      mean += dense.regress(used(c, 2 * kSlice + 3), query, {f}, recent ? 2 : -1).mean[0] / 3;
     }
     EXPECT_NEAR(mean, moments(0, 0), 20.0 * 1e-9);
   }
