@@ -125,6 +125,10 @@ class InParticles : public ::testing::TestWithParam<ObservationModelType> {
     for (Particle& particle : particles) particle.weight = 1.0 / kParticles;
   }
   int block() const { return GetParam() == ObservationModelType::online_pitc ? step / kSlice : -1; }
+  /// What the model uses of a particle's readings.
+  std::vector<Read> used(int particle) const {
+    return block() < 0 ? closed(histories[particle], step) : histories[particle];
+  }
   void advance() {
     const auto observations = observe(models, step, random);
     for (Particle& particle : particles) {
