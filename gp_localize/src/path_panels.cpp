@@ -235,7 +235,8 @@ class Panels final : public PathPanels {
     for (std::size_t a = 0; a < q; ++a) {
       const T* variances = pair_variance_.data() + a * q * pair_size_ + i;
       T mean = pair_mean_[a * pair_size_ + i];
-      T variance = variances[a * pair_size_] + static_cast<T>(readings[a].noise_variance);
+      const T noise = static_cast<T>(readings[a].noise_variance);
+      T variance = variances[a * pair_size_] + noise;
       for (std::size_t b = 0; b < a; ++b) {
         T rest = variances[b * pair_size_];
         for (std::size_t j = 0; j < b; ++j) rest -= l[a][j] * l[b][j];
@@ -243,6 +244,7 @@ class Panels final : public PathPanels {
         mean += l[a][b] * whitened[b];
         variance -= l[a][b] * l[a][b];
       }
+      variance = std::max(variance, noise);  // below it by rounding only
       l[a][a] = std::sqrt(variance);
       whitened[a] = (static_cast<T>(readings[a].value) - mean) / l[a][a];
       sum -= T(0.5) * (whitened[a] * whitened[a] + std::log(variance));
