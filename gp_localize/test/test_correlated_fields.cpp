@@ -73,7 +73,9 @@ class World {
       field_core::Sample sample{seconds(time_ + 1), {}, {}};
       if (time_ % 4 != 1) sample.readings.push_back({1, b(at) + kNoise * random_.normal(), 0.0});
       if (time_ % 3 != 1) sample.readings.push_back({0, a(at) + kNoise * random_.normal(), 0.0});
-      if (!sample.readings.empty()) EXPECT_TRUE(filter.update(sample).applied);
+      if (!sample.readings.empty()) {
+        EXPECT_TRUE(filter.update(sample).applied);
+      }
       error += (filter.belief().mean.translation() - at).norm() / steps;
     }
     return error;
