@@ -111,7 +111,7 @@ class Experiment:
     def group(self, names):
         """`fields` and `coregionalization` of a configuration; the exact likelihood of all measurements."""
         self.learn("--survey", self.survey, "--fields", ",".join(names), "--coregionalize", "all=" + ",".join(names),
-                   "--support", 50, "--starts", 3, name="correlated")
+                   "--exact-up-to", 800, "--starts", 3, name="correlated")
         return yaml.safe_load((self.output / "correlated.yaml").read_text())
 
     def from_other_run(self):
