@@ -134,6 +134,7 @@ TEST_P(BothMaps, OneFieldTeachesTheOther) {
   p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
   p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
   p.particles = p.sample_paths = 8;
+  p.precision = Precision::double_precision;
   GpLocalize filter(p, 1);
   test::CorrelatedFields dense;
   dense.b.resize(2, 2);
@@ -160,6 +161,15 @@ TEST_P(BothMaps, OneFieldTeachesTheOther) {
   }
   EXPECT_LT(predicted.variance(1, 0) - kNoise * kNoise, 0.05);  // b was never read; 1 before
   EXPECT_NEAR(predicted.mean(1, 0) + 3.0, 0.5 * (predicted.mean(0, 0) - 5.0), 0.02);
+  // Both at once, where b contradicts a: innovations of their joint density.
+  filter.predict({seconds(25), seconds(26), SE2(0.3, 0.0, 0.15)});
+  const Eigen::Vector2d at = (pose * SE2(0.3, 0.0, 0.15)).translation();
+  const auto result = filter.update({seconds(26), {}, {{1, -2.5, 0.0}, {0, 5.5, 0.0}}});
+  auto joint = dense.regress(reads, at, {0, 1}, 0);
+  joint.covariance.diagonal().array() += kNoise * kNoise;
+  const Eigen::Vector2d error = Eigen::Vector2d(0.5, 0.5) - joint.mean;
+  EXPECT_NEAR(error.dot(joint.covariance.ldlt().solve(error)), result.nis, 1e-5);
+  EXPECT_EQ(2, result.nis_dof);
 }
 
 TEST_P(BothMaps, ARunEndsNearTheTruth) {
