@@ -31,7 +31,7 @@ class SamplePathMap : public MapModel {
   void restore(const field_core::State& state, const std::vector<int>& ancestors) override;
 
  private:
-  /// Adds the readings of one group, at `which` of the step's observations, to `total`.
+  /// Adds the readings of one group, which_ of the step's observations, to `total`.
   void weigh_group(const ParticleSet& particles, const std::vector<Observation>& observations,
                    PathBank& total, Innovation& innovation);
   void close_slice();
