@@ -10,8 +10,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
-#include <string>
 #include <vector>
 
 namespace gp_localize {
