@@ -81,9 +81,9 @@ TEST_P(PackedSymmetric, CovariancesOfOpenRows) {
         const field_core::Kernel kernel(type, 1.3, lengths);
         double prior[8], out[8];
         std::fill(prior, prior + 8, kernel.signal_variance());
-        open_covariances({type, prior, dimensions, lengths.data(), n, count, 8,
-                          places.data(), gain.data()},
-                         at.data(), phi.data(), out);
+        open_covariances(
+            {type, prior, dimensions, lengths.data(), n, count, 8, places.data(), gain.data()},
+            at.data(), phi.data(), out);
         for (int i = 0; i < count; ++i) {
           const double expected = kernel(places.row(i).transpose(), at) - gain.col(i).dot(phi);
           EXPECT_NEAR(out[i], expected, 1e-13);
