@@ -20,7 +20,8 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
                   ? Recent::ignored
                   : Recent::used),
       outlier_share_(params.outlier_share),
-      offsets_(params, fields) {
+      offsets_(params, fields),
+      factors_(params, first_.size()) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
   for (const FieldModel& field : fields_) {
@@ -88,6 +89,7 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
                           field_core::Random& random) {
   draw_candidates(random);
   offsets_.restart();
+  factors_.restart();
   forget_grown_support();
   closed_[0] = initial_;
   for (Slices& slices : slices_) {
@@ -120,10 +122,12 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
   innovation.mean.assign(observations.size(), 0.0);
   innovation.variance.assign(observations.size(), 0.0);
   for (auto& list : weighed_) list.clear();
+  factors_.begin();
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& o = observations[k];
     compute_features(o.field, count);
     offsets_.advance(o.field, o.stamp);
+    factors_.reading(fields_[o.field].group);
     double mean = 0.0, square = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
       const FieldModel& field = model(p, o.field);
@@ -139,7 +143,9 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
       }
       if (field.basis.fields() > 1) condition_on_partners(p, o, expected, variance);
       const double error = o.value - expected;
-      log_likelihood[p] += log_density(error, variance, field.signal_variance());
+      log_likelihood[p] += factors_.active()
+                               ? factors_.density(p, field.group, error, variance)
+                               : log_density(error, variance, field.signal_variance());
       mean += particles[p].weight * expected;
       square += particles[p].weight * (variance + expected * expected);
     }
@@ -172,7 +178,8 @@ void ParticleMap::condition_on_partners(std::size_t p, const Observation& o, dou
   row[fields_.size()] = (o.value - mean) * row[n];
 }
 
-void ParticleMap::track_offsets(const std::vector<Observation>& observations) {
+void ParticleMap::accept(const std::vector<Observation>& observations) {
+  factors_.accept();
   if (!offsets_.active()) return;
   for (const Observation& o : observations) {
     for (std::size_t p = 0; p < map_.size(); ++p) {
@@ -224,6 +231,7 @@ void ParticleMap::resampled(const std::vector<int>& ancestors) {
   }
   candidate_.swap(new_candidate_);
   offsets_.resampled(ancestors);
+  factors_.resampled(ancestors);
   new_map_.resize(count);
   new_slice_.assign(count, -1);
   kept_.assign(slices_.size(), 0);

@@ -9,6 +9,7 @@
 #include "field_offsets.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
+#include "variance_factors.hpp"
 
 namespace gp_localize {
 
@@ -25,10 +26,11 @@ class ParticleMap : public MapModel {
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;
-  void track_offsets(const std::vector<Observation>& observations) override;
+  void accept(const std::vector<Observation>& observations) override;
   void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, field_core::Random& random) override;
   void resampled(const std::vector<int>& ancestors) override;
+  FieldVariances variances(int field, const ParticleSet& particles) const override;
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
   Eigen::Matrix2Xd grown_support() const override;
@@ -62,8 +64,12 @@ class ParticleMap : public MapModel {
   void draw_candidates(field_core::Random& random);
   /// The particles that try candidate c of a field, into members_.
   void find_members(int field, int c, std::size_t count) const;
+  double factor(std::size_t particle, int field) const {
+    return factors_.factor(particle, fields_[field].group);
+  }
+  enum class Moments { all, about_zero };
   Eigen::Matrix2Xd predict_members(int field, int c, const Eigen::Matrix2Xd& points,
-                                   const std::vector<double>& weights) const;
+                                   const std::vector<double>& weights, Moments which) const;
   void grow_support(const ParticleSet& particles);
   void forget_grown_support();
   void grow_all(const Eigen::Vector2d& place);
@@ -86,6 +92,7 @@ class ParticleMap : public MapModel {
   double outlier_share_;
   int steps_in_slice_ = 0;
   FieldOffsets offsets_;
+  VarianceFactors factors_;
   Closed initial_;  // the prior, or what the survey says
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
   // how many particles map i has. Maps may be shared, slices are not.

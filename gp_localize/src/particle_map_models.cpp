@@ -83,34 +83,56 @@ Eigen::Matrix2Xd ParticleMap::grown_support() const {
   return all.rightCols(all.cols() - first_support_);
 }
 
+FieldVariances ParticleMap::variances(int field, const ParticleSet& particles) const {
+  const FieldModel& configured = fields_[field];
+  if (candidates_[field].size() == 1 && !factors_.active()) {
+    return {configured.signal_variance(), configured.noise_variance};
+  }
+  FieldVariances sum{0.0, 0.0};
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const double weight = particles[p].weight * factor(p, field);
+    sum.signal += weight * model(p, field).signal_variance();
+    sum.noise += weight * model(p, field).noise_variance;
+  }
+  return sum;
+}
+
 std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
     const ParticleSet& particles) const {
   std::vector<field_core::HyperparameterPosterior> all;
-  for (std::size_t f = 0; f < fields_.size() && candidates_[f].size() > 1; ++f) {
+  const bool learned = candidates_.front().size() > 1 || factors_.active();
+  for (std::size_t f = 0; f < fields_.size() && learned; ++f) {
     const auto count = static_cast<Eigen::Index>(candidates_[f].size());
     field_core::HyperparameterPosterior posterior{
         fields_[f].info.name,
         {"length_scale_x", "length_scale_y", "noise_stddev", "signal_stddev"},
         Eigen::MatrixXd(4, count),
         Eigen::VectorXd::Zero(count)};
+    Eigen::VectorXd factors = posterior.probability;  // of each candidate's particles, weighted
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      const int c = candidate_[p * first_.size() + fields_[f].group];
+      posterior.probability[c] += particles[p].weight;
+      factors[c] += particles[p].weight * factor(p, static_cast<int>(f));
+    }
     for (Eigen::Index c = 0; c < count; ++c) {
       const FieldModel& m = candidates_[f][c];
       const auto& kernel = m.basis.kernel();
-      posterior.values.col(c) << kernel.length_scales(), std::sqrt(m.noise_variance),
-          std::sqrt(m.signal_variance());
-    }
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-      posterior.probability[candidate_[p * first_.size() + fields_[f].group]] +=
-          particles[p].weight;
+      const double weight = posterior.probability[c];
+      const double scale = factors_.active() && weight > 0.0 ? factors[c] / weight : 1.0;
+      posterior.values.col(c) << kernel.length_scales(), std::sqrt(scale * m.noise_variance),
+          std::sqrt(scale * m.signal_variance());
     }
     all.push_back(std::move(posterior));
   }
   return all;
 }
 
-/// Mean and mean square at `points` of the mixture of members_ under their candidate c.
+/// Mean and mean square at `points` of the mixture of members_ under their candidate c; about_zero:
+/// as if all had measured the prior mean, so that the squares are the variances alone.
 Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Matrix2Xd& points,
-                                              const std::vector<double>& weights) const {
+                                              const std::vector<double>& weights,
+                                              Moments which) const {
+  const double values = which == Moments::all ? 1.0 : 0.0;
   const auto count = static_cast<Eigen::Index>(members_.size());
   const FieldModel& model = candidates_[field][c];
   const SupportBasis& basis = model.basis;
@@ -124,6 +146,7 @@ Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Mat
     const double* numbers = closed_[map_[members_[i]]][model.group].numbers();
     summaries.col(i) = Eigen::Map<const Eigen::VectorXd>(numbers, summaries.rows());
   }
+  summaries.bottomRows(basis.size()) *= values;
   panels->assimilate(summaries);
   panels->weight(weights);
   Places places(basis.place_dimensions(), count);
@@ -133,7 +156,7 @@ Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Mat
       places.col(i) = slice(i).point(k);
       features.col(i) = Eigen::Map<const Eigen::VectorXd>(slice(i).features(k), basis.size());
     }
-    panels->extend(basis, places, features, slice(0).value(k), slice(0).noise(k));
+    panels->extend(basis, places, features, values * slice(0).value(k), slice(0).noise(k));
   }
   Eigen::Matrix2Xd moments;
   panels->add(basis, model.places(points), 0.0, 0.0, nullptr, moments);
@@ -151,7 +174,12 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
     if (!(total > 0.0)) continue;
     weights.clear();
     for (const std::size_t p : members_) weights.push_back(particles[p].weight / total);
-    moments += total * predict_members(field, static_cast<int>(c), points, weights);
+    moments += total * predict_members(field, static_cast<int>(c), points, weights, Moments::all);
+    if (!factors_.active()) continue;
+    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] *= factor(members_[i], field) - 1.0;
+    moments.row(1) +=
+        total *
+        predict_members(field, static_cast<int>(c), points, weights, Moments::about_zero).row(1);
   }
   mean = moments.row(0).transpose();
   variance = (moments.row(1) - moments.row(0).cwiseAbs2()).transpose().cwiseMax(0.0);

@@ -26,6 +26,7 @@ void ParticleMap::save(field_core::State& state) const {
   for (Eigen::Index i = 0; i < candidates.size(); ++i) candidates.data()[i] = candidate_[i];
   state.set("candidate_of_particle", candidates);
   offsets_.save(state);
+  factors_.save(state);
   Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(2, 1 + grown_support().cols());
   grown.rightCols(grown.cols() - 1) = grown_support();  // after a column that is never empty
   state.set("grown_support", grown);
@@ -72,6 +73,7 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
                                 " support points that were added; raise support/budget");
   }
   offsets_.restore(state, ancestors);
+  factors_.restore(state, ancestors);
   forget_grown_support();
   for (Eigen::Index i = 1; i < grown.cols(); ++i) grow_all(grown.col(i));
   // Maps that particles share are taken over once: `place` is where each is now.

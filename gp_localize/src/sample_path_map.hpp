@@ -25,6 +25,9 @@ class SamplePathMap : public MapModel {
   void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, field_core::Random& random) override;
   void resampled(const std::vector<int>&) override {}
+  FieldVariances variances(int field, const ParticleSet&) const override {
+    return {fields_[field].signal_variance(), fields_[field].noise_variance};
+  }
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
   void save(field_core::State& state) const override;
