@@ -27,12 +27,12 @@ import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_noise_scale": 1.0,
           "likelihood_exponent": 0.25,
           "odom_alpha1": 0.00025, "odom_alpha2": 0.00025, "odom_alpha3": 0.005, "odom_alpha4": 0.00025}
-# Length scales and noise are learned further during the run.
-LEARNED = {"candidates": {"length_scales": [0.7, 1.0, 1.4], "noise": [0.25, 0.5, 1.0]}}
+# Noise, and the common factor of noise and signal, are learned further during the run.
+LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0]}, "variance_dof": 16}
 PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 METHODS = {
     "a map per particle": LEARNED,
-    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.1}},
+    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.2}},
     "a map per particle, fixed hyperparameters": {},
     "a map per particle, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
     "fields correlated, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
