@@ -27,14 +27,15 @@ import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_noise_scale": 1.0,
           "likelihood_exponent": 0.25,
           "odom_alpha1": 0.00025, "odom_alpha2": 0.00025, "odom_alpha3": 0.005, "odom_alpha4": 0.00025}
-# Length scales and noise are learned further during the run.
-LEARNED = {"candidates": {"length_scales": [0.7, 1.0, 1.4], "noise": [0.25, 0.5, 1.0]}}
+# Noise, and the common factor of noise and signal, are learned further during the run.
+LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0]}, "variance_dof": 16}
 PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 METHODS = {
     "a map per particle": LEARNED,
-    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.1}},
+    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.2}},
     "a map per particle, fixed hyperparameters": {},
     "a map per particle, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
+    "fields correlated, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
     "the paper (eq. 12-13)": PAPER,
     "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
@@ -48,6 +49,8 @@ KNOWN_MAP = {
     "survey, map learned further, scale estimated": {**KNOWN, "mode": "lifelong",
                                                      "odom_calibration": {"translation_stddev": 0.2}},
 }
+# The fields of a run are one group, learned together.
+CORRELATED = "fields correlated, fixed hyperparameters, scale estimated"
 # The map of the other run, made under other lighting.
 OTHER_MAP = {
     "map of the other run": {"mode": "localization"},
@@ -99,11 +102,17 @@ class Experiment:
             self.survey, self.known_map = self.output / "other_run.csv", OTHER_MAP
             self.fields = self.from_other_run()
 
-    def learn(self, *arguments):
-        file = self.output / "hyper.yaml"
+    def learn(self, *arguments, name="hyper"):
+        file = self.output / f"{name}.yaml"
         if not file.exists():
             replays.run("rosrun", "gp_localize", "learn_hyperparameters", *arguments, "--output", file)
         return yaml.safe_load(file.read_text())["fields"]
+
+    def group(self, names):
+        """`fields` and `coregionalization` of a configuration; the exact likelihood of all measurements."""
+        self.learn("--survey", self.survey, "--fields", ",".join(names), "--coregionalize", "all=" + ",".join(names),
+                   "--exact-up-to", 800, "--starts", 3, name="correlated")
+        return yaml.safe_load((self.output / "correlated.yaml").read_text())
 
     def from_other_run(self):
         """Length scales and the ratio of noise to signal from the other run, and its readings as a survey. The level of
@@ -134,6 +143,9 @@ class Experiment:
                       initial_cov_xx=position, initial_cov_yy=position, initial_cov_aa=angle,
                       support={"selection": "grid", "size": min(120, max(40, points)), "region": self.region})
         values.update({**METHODS, **self.known_map}[method])
+        if method == CORRELATED:
+            values.update(self.group(names))
+            values["support"]["size"] = min(values["support"]["size"], 400 // len(names))
         if method in self.known_map:
             values["survey"] = str(self.survey)
         return values
@@ -174,7 +186,8 @@ class Experiment:
         for names in self.field_sets:
             for start in STARTS:
                 for method in METHODS:
-                    yield names, method, start
+                    if method != CORRELATED or len(names) > 1:
+                        yield names, method, start
                 for method in self.known_map:
                     yield names, method, start
 

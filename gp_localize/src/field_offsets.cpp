@@ -11,7 +11,7 @@ FieldOffsets::FieldOffsets(const GpLocalizeParams& params, const std::vector<Fie
       measured_(fields.size()) {
   const double share = params.field_offset.stddev;
   for (const FieldModel& field : fields) {
-    prior_.push_back(share * share * field.basis.kernel().signal_variance());
+    prior_.push_back(share * share * field.signal_variance());
   }
   offsets_.resize(params.particles * fields.size());
   children_.reserve(offsets_.size());

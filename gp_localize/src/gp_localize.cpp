@@ -142,7 +142,7 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
     return UpdateResult::skipped("no particle explains the measurement");
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
-  map_->track_offsets(observations_);
+  map_->accept(observations_);
   if (params_.mode != Mode::localization) {
     map_->learn(particles_, sample.sensor_in_base, observations_, random_);
   }
@@ -241,8 +241,9 @@ field_core::FieldPrediction GpLocalize::predict_field(const Eigen::Matrix2Xd& po
     const FieldModel& model = models_[f];
     map_->predict(static_cast<int>(f), points, particles_, mean, variance);
     p.mean.row(f) = mean.transpose().array() + model.mean;
-    p.variance.row(f) = variance.transpose().array() + model.noise_variance;
-    p.prior_variance[f] = model.basis.kernel().signal_variance() + model.noise_variance;
+    const FieldVariances prior = map_->variances(static_cast<int>(f), particles_);
+    p.variance.row(f) = variance.transpose().array() + prior.noise;
+    p.prior_variance[f] = prior.signal + prior.noise;
   }
   return p;
 }

@@ -48,4 +48,21 @@ std::string to_yaml(const std::string& name, const std::string& unit, const Lear
   return text;
 }
 
+std::string to_yaml(const std::string& name, const LearnedGroup& group) {
+  std::string names, correlations, errors;
+  const auto fields = static_cast<Eigen::Index>(group.names.size());
+  for (Eigen::Index a = 0; a < fields; ++a) {
+    names += (a ? ", " : "") + group.names[a];
+    for (Eigen::Index b = a + 1; b < fields; ++b) {
+      const std::string comma = correlations.empty() ? "" : ", ";
+      correlations += comma + number(group.correlation(a, b));
+      errors += comma + error(group.correlation_error(a, b));
+    }
+  }
+  return "  " + name +
+         ":\n    # learned together: the log likelihood of these fields is that of all\n" +
+         "    fields: [" + names + "]\n    correlations: [" + correlations + "]  # " + errors +
+         "\n";
+}
+
 }  // namespace gp_localize

@@ -8,7 +8,7 @@
 namespace gp_localize {
 namespace {
 
-constexpr int kMaxSlice = 100;
+constexpr int kMaxSlice = 600;  // of a group of fields
 constexpr int kMaxSupport = 400;
 
 template <class T, int Bytes>
@@ -91,7 +91,7 @@ struct Kernels {
           const Vector r2 = squared_distance<M>(b.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
             return M::load(open + a * kWidth) - batch.place[a * batch.count + p];
           });
-          Vector rest = b.signal_variance * correlation<M>(b.kernel, r2) - explained[r][h];
+          Vector rest = b.prior[i] * correlation<M>(b.kernel, r2) - explained[r][h];
           for (int j = 0; j < i; ++j)
             rest -= M::load(factor + j * kWidth + h * kLanes) * q[j][r][h];
           rest *= M::load(factor + i * kWidth + h * kLanes);
@@ -260,7 +260,7 @@ struct Kernels {
           const Vector r2 = squared_distance<M>(b.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
             return M::load(open + a * kWidth) - M::load(row.place + a * stride + c);
           });
-          Vector rest = b.signal_variance * correlation<M>(b.kernel, r2);
+          Vector rest = b.prior[j] * correlation<M>(b.kernel, r2);
           const T* known = lane(b.open_gain, (slot + j) * b.support);
           for (int k = 0; k < b.support; ++k) rest -= phi[k] * M::load(known + k * kWidth);
           if (j == last) {

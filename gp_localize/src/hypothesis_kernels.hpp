@@ -17,7 +17,8 @@ constexpr int kPanel = 64 / sizeof(T);
 template <class T>
 struct HypothesisPanels {
   field_core::KernelType kernel;
-  T signal_variance;
+  const T* prior;  // slice_size: of each open measurement's field with the field at hand, the
+                   // covariance at one place; alone, the variance
   int dimensions;  // d
   int support;     // m
   int open;        // measurements in the open slice

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dense_path_bank.hpp"
+#include "field_core/errors.hpp"
 #include "particle_map.hpp"
 #include "sample_path_map.hpp"
 #include "sparse_path_bank.hpp"
@@ -30,6 +31,13 @@ void MotionModel::move(const field_core::OdometryMotion& reported, RobotState& s
                        field_core::Random& random) const {
   state.pose = odometry.sample(state.pose, state.calibration.correct(reported), random);
   calibration.wander(std::abs(reported.trans), state.calibration, random);
+}
+
+void PathBank::add_joint(const Places&, const std::vector<Reading>&, PathBank&,
+                         std::vector<Eigen::Matrix2Xd>&) {
+  throw field_core::ParameterError(
+      "observation_model",
+      "knows no coregionalization; use online_pitc, online_pitc_assimilated or fitc");
 }
 
 std::unique_ptr<PathBank> make_path_bank(const GpLocalizeParams& params, const FieldModel& field) {

@@ -17,7 +17,7 @@ using field_core::Kernel;
 using field_core::Place;
 using field_core::Places;
 
-enum { kMean, kSignal, kNoise, kLengths };
+constexpr int kLengths = 3;  // of a single field
 
 Eigen::LLT<MatrixXd> factorize(const MatrixXd& matrix, const char* which) {
   Eigen::LLT<MatrixXd> factor(matrix);
@@ -33,23 +33,116 @@ double log_determinant(const Eigen::LLT<MatrixXd>& factor) {
   return 2.0 * factor.matrixLLT().diagonal().array().log().sum();
 }
 
-/// gradient += factor <weights, d K / d theta> for K between the columns of a and b.
-void add_kernel_gradient(const Kernel& kernel, const Places& a, const Places& b,
-                         const MatrixXd& weights, double factor, Theta& gradient) {
-  double signal = 0.0;
-  Place lengths = Place::Zero(kernel.dimensions());
-  for (Index j = 0; j < b.cols(); ++j) {
-    for (Index i = 0; i < a.cols(); ++i) {
-      const Place square = (a.col(i) - b.col(j)).cwiseQuotient(kernel.length_scales()).cwiseAbs2();
-      const double r2 = square.sum();
-      signal += weights(i, j) * field_core::correlation(kernel.type(), r2);
-      lengths += weights(i, j) * field_core::correlation_slope(kernel.type(), r2) * square;
+/// Covariance of fields and places: that of the fields at one place times the kernel's correlation.
+class GroupKernel {
+ public:
+  GroupKernel(field_core::KernelType type, const Theta& theta, int fields)
+      : group(theta, fields), type_(type), length_scales_(group.length_scales()) {
+    Kernel(type, 1.0, length_scales_);  // for its checks
+  }
+
+  int field(const Place& place) const {
+    return group.fields() > 1 ? static_cast<int>(place[length_scales_.size()]) : 0;
+  }
+  double variance(const Place& place) const {
+    const int f = field(place);
+    return group.covariance()(f, f);
+  }
+  MatrixXd matrix(const Places& a, const Places& b) const {
+    MatrixXd k(a.cols(), b.cols());
+    for (Index j = 0; j < b.cols(); ++j) {
+      const int g = field(b.col(j));
+      for (Index i = 0; i < a.cols(); ++i) {
+        k(i, j) = group.covariance()(field(a.col(i)), g) *
+                  field_core::correlation(type_, squares(a.col(i), b.col(j)).sum());
+      }
+    }
+    return k;
+  }
+  VectorXd noise_variances(const Places& places) const {
+    VectorXd noise(places.cols());
+    for (Index i = 0; i < places.cols(); ++i) {
+      const double stddev = group.noise_stddev(field(places.col(i)));
+      noise[i] = stddev * stddev;
+    }
+    return noise;
+  }
+  VectorXd errors(const FieldSurvey& survey) const {
+    VectorXd error = survey.values;
+    for (Index i = 0; i < error.size(); ++i) error[i] -= group.mean(field(survey.places.col(i)));
+    return error;
+  }
+  /// By axis, in length scales.
+  Place squares(const Place& a, const Place& b) const {
+    const Index d = length_scales_.size();
+    return (a.head(d) - b.head(d)).cwiseQuotient(length_scales_).cwiseAbs2();
+  }
+  field_core::KernelType type() const { return type_; }
+
+  const GroupTheta group;
+
+ private:
+  field_core::KernelType type_;
+  Place length_scales_;
+};
+
+/// Collects a gradient with respect to theta.
+class Gradient {
+ public:
+  Gradient(const GroupKernel& kernel, Index size)
+      : by_theta(Theta::Zero(size)),
+        kernel_(kernel),
+        by_covariance_(MatrixXd::Zero(kernel.group.fields(), kernel.group.fields())) {}
+
+  /// += factor <weights, d K / d theta> for K between the columns of a and b.
+  void add(const Places& a, const Places& b, const MatrixXd& weights, double factor) {
+    const Index first = kernel_.group.lengths_at();
+    Place lengths = Place::Zero(by_theta.size() - first);
+    for (Index j = 0; j < b.cols(); ++j) {
+      const int g = kernel_.field(b.col(j));
+      for (Index i = 0; i < a.cols(); ++i) {
+        const int f = kernel_.field(a.col(i));
+        const Place square = kernel_.squares(a.col(i), b.col(j));
+        const double r2 = square.sum(), weight = factor * weights(i, j);
+        by_covariance_(f, g) += weight * field_core::correlation(kernel_.type(), r2);
+        lengths += weight * kernel_.group.covariance()(f, g) *
+                   field_core::correlation_slope(kernel_.type(), r2) * square;
+      }
+    }
+    by_theta.tail(lengths.size()) -= 2.0 * lengths;
+  }
+  /// += factor sum_i weights_i d (variance of the field of place i) / d theta
+  void add_variances(const Places& places, const VectorXd& weights, double factor) {
+    for (Index i = 0; i < places.cols(); ++i) {
+      const int f = kernel_.field(places.col(i));
+      by_covariance_(f, f) += factor * weights[i];
     }
   }
-  const double scale = factor * kernel.signal_variance();
-  gradient[kSignal] += 2.0 * scale * signal;
-  gradient.tail(lengths.size()) -= 2.0 * scale * lengths;
-}
+  /// += sum_i weights_i d noise variance of i / d theta
+  void add_noise(const Places& places, const VectorXd& weights) {
+    for (Index i = 0; i < places.cols(); ++i) {
+      const int f = kernel_.field(places.col(i));
+      const double stddev = kernel_.group.noise_stddev(f);
+      by_theta[kernel_.group.noise_at(f)] += 2.0 * stddev * stddev * weights[i];
+    }
+  }
+  void add_means(const Places& places, const VectorXd& alpha) {
+    for (Index i = 0; i < places.cols(); ++i) {
+      by_theta[kernel_.group.mean_at(kernel_.field(places.col(i)))] += alpha[i];
+    }
+  }
+  Theta sum() const {
+    Theta all = by_theta;
+    kernel_.group.add_gradient(by_covariance_, all);
+    return all;
+  }
+
+  Theta by_theta;
+
+ private:
+  const GroupKernel& kernel_;
+  MatrixXd by_covariance_;
+};
 
 double log_density(double mahalanobis, double log_det, Index n) {
   return -0.5 * (mahalanobis + log_det + static_cast<double>(n) * std::log(2.0 * M_PI));
@@ -66,26 +159,26 @@ Theta to_theta(const Hyperparameters& h) {
 }
 
 Hyperparameters from_theta(const Theta& t) {
-  return {t[kMean], std::exp(t[kSignal]), std::exp(t[kNoise]),
+  return {t[0], std::exp(t[1]), std::exp(t[2]),
           t.tail(t.size() - kLengths).unaryExpr([](double log) { return std::exp(log); })};
 }
 
 double FullLikelihood::operator()(const Theta& theta, Theta* gradient) const {
-  const Hyperparameters h = from_theta(theta);
-  const Kernel kernel(kernel_, h.signal_stddev, h.length_scales);
+  const GroupKernel kernel(kernel_, theta, fields_);
   const Index n = survey_.values.size();
   MatrixXd sigma = kernel.matrix(survey_.places, survey_.places);
-  sigma.diagonal().array() += h.noise_stddev * h.noise_stddev;
+  sigma.diagonal() += kernel.noise_variances(survey_.places);
   const auto factor = factorize(sigma, "the covariance of the measurements");
-  const VectorXd error = survey_.values.array() - h.mean;
+  const VectorXd error = kernel.errors(survey_);
   const VectorXd alpha = factor.solve(error);
   if (gradient) {
-    gradient->setZero(theta.size());
     MatrixXd g = -0.5 * factor.solve(MatrixXd::Identity(n, n));
     g.noalias() += 0.5 * alpha * alpha.transpose();
-    add_kernel_gradient(kernel, survey_.places, survey_.places, g, 1.0, *gradient);
-    (*gradient)[kNoise] = 2.0 * h.noise_stddev * h.noise_stddev * g.trace();
-    (*gradient)[kMean] = alpha.sum();
+    Gradient sum(kernel, theta.size());
+    sum.add(survey_.places, survey_.places, g, 1.0);
+    sum.add_noise(survey_.places, g.diagonal());
+    sum.add_means(survey_.places, alpha);
+    *gradient = sum.sum();
   }
   return log_density(error.dot(alpha), log_determinant(factor), n);
 }
@@ -109,11 +202,12 @@ struct PitcSystem {
   double log_det;
 };
 
-PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Places& support,
-                 int slice_size, double jitter, double noise_variance, const VectorXd& error) {
+PitcSystem solve(const GroupKernel& kernel, const FieldSurvey& survey, const Places& support,
+                 int slice_size, double jitter, const VectorXd& error) {
   PitcSystem s;
   MatrixXd b = kernel.matrix(support, support);
-  b.diagonal().array() += jitter * kernel.signal_variance();
+  for (Index i = 0; i < support.cols(); ++i) b(i, i) += jitter * kernel.variance(support.col(i));
+  const VectorXd noise = kernel.noise_variances(survey.places);
   const auto prior = factorize(b, "the covariance of the support points");
   s.cross = kernel.matrix(support, survey.places);
   s.weights = prior.solve(s.cross);
@@ -126,7 +220,7 @@ PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Places& 
     const auto cross = s.cross.middleCols(begin, size);
     MatrixXd lambda = kernel.matrix(places, places);
     lambda.noalias() -= cross.transpose() * s.weights.middleCols(begin, size);
-    lambda.diagonal().array() += noise_variance;
+    lambda.diagonal() += noise.segment(begin, size);
     Slice slice{begin, size, factorize(lambda, "the covariance of a slice"), {}};
     slice.u = slice.open.solve(cross.transpose());
     b.noalias() += cross * slice.u;
@@ -142,9 +236,8 @@ PitcSystem solve(const Kernel& kernel, const FieldSurvey& survey, const Places& 
   return s;
 }
 
-void add_pitc_gradient(const PitcSystem& s, const Kernel& kernel, const FieldSurvey& survey,
-                       const Places& support, double jitter, double noise_variance,
-                       Theta& gradient) {
+void add_pitc_gradient(const PitcSystem& s, const FieldSurvey& survey, const Places& support,
+                       double jitter, Gradient& gradient) {
   const Index m = support.cols();
   MatrixXd wu = MatrixXd::Zero(m, m);  // W Lambda^-1 K_fu
   for (const Slice& b : s.slices) wu.noalias() += s.weights.middleCols(b.begin, b.size) * b.u;
@@ -164,28 +257,26 @@ void add_pitc_gradient(const PitcSystem& s, const Kernel& kernel, const FieldSur
     rest *= 0.5;  // W G, columns of the slice
     rest.noalias() -= w * inside;
     const Places places = survey.places.middleCols(b.begin, b.size);
-    add_kernel_gradient(kernel, places, places, inside, 1.0, gradient);
-    gradient[kNoise] += 2.0 * noise_variance * inside.trace();
+    gradient.add(places, places, inside, 1.0);
+    gradient.add_noise(places, inside.diagonal());
   }
-  add_kernel_gradient(kernel, support, survey.places, outside, 2.0, gradient);
+  gradient.add(support, survey.places, outside, 2.0);
   const MatrixXd between = outside * s.weights.transpose();
-  add_kernel_gradient(kernel, support, support, between, -1.0, gradient);
-  gradient[kSignal] -= 2.0 * jitter * kernel.signal_variance() * between.trace();
-  gradient[kMean] += s.alpha.sum();
+  gradient.add(support, support, between, -1.0);
+  gradient.add_variances(support, between.diagonal(), -jitter);
+  gradient.add_means(survey.places, s.alpha);
 }
 
 }  // namespace
 
 double PitcLikelihood::operator()(const Theta& theta, Theta* gradient) const {
-  const Hyperparameters h = from_theta(theta);
-  const Kernel kernel(kernel_, h.signal_stddev, h.length_scales);
-  const VectorXd error = survey_.values.array() - h.mean;
-  const double noise_variance = h.noise_stddev * h.noise_stddev;
-  const PitcSystem s =
-      solve(kernel, survey_, support_, slice_size_, jitter_, noise_variance, error);
+  const GroupKernel kernel(kernel_, theta, fields_);
+  const VectorXd error = kernel.errors(survey_);
+  const PitcSystem s = solve(kernel, survey_, support_, slice_size_, jitter_, error);
   if (gradient) {
-    gradient->setZero(theta.size());
-    add_pitc_gradient(s, kernel, survey_, support_, jitter_, noise_variance, *gradient);
+    Gradient sum(kernel, theta.size());
+    add_pitc_gradient(s, survey_, support_, jitter_, sum);
+    *gradient = sum.sum();
   }
   return log_density(error.dot(s.alpha), s.log_det, error.size());
 }

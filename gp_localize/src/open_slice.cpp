@@ -37,15 +37,28 @@ void OpenSlice::evaluate(const SupportBasis& basis, const SupportPosterior& clos
   at.gain.resize(m_);
   const auto& kernel = basis.kernel();
   packed_multiply(closed.covariance(), m_, phi, at.gain.data());
-  const double unexplained = kernel.signal_variance() - dot_product(phi, phi, m_);
+  const int field = basis.field_of(point);
+  const double unexplained = basis.prior(field, field) - dot_product(phi, phi, m_);
   at.mean = dot_product(phi, closed.mean(), m_);
   at.variance = std::max(0.0, unexplained) + dot_product(phi, at.gain.data(), m_);
   double* q = at.covariances.data();
-  open_covariances({kernel.type(), kernel.signal_variance(), dimensions_,
-                    kernel.length_scales().data(), m_, open_, padded(), coordinates(0), gains()},
+  for (int i = 0; i < padded(); ++i) q[i] = basis.prior(i < open_ ? field_of(basis, i) : 0, field);
+  open_covariances({kernel.type(), q, kernel.dimensions(), kernel.length_scales().data(), m_, open_,
+                    padded(), coordinates(0), gains()},
                    point.data(), phi, q);
-  double mean = at.mean, variance = at.variance;
-  for (int i = 0; i < open_; ++i) {
+  at.rows = 0;
+  at.recent_mean = at.mean;
+  at.recent_variance = at.variance;
+  condition(at);
+  if (recent == Recent::ignored) return;
+  at.mean = at.recent_mean;
+  at.variance = at.recent_variance;
+}
+
+void OpenSlice::condition(Evaluation& at) const {
+  double* q = at.covariances.data();
+  double mean = at.recent_mean, variance = at.recent_variance;
+  for (int i = at.rows; i < open_; ++i) {
     const double* f = factor(i);
     double rest = q[i];
     for (int j = 0; j < i; ++j) rest -= f[j] * q[j];
@@ -55,9 +68,29 @@ void OpenSlice::evaluate(const SupportBasis& basis, const SupportPosterior& clos
   }
   at.recent_mean = mean;
   at.recent_variance = std::max(0.0, variance);  // below zero by rounding only
-  if (recent == Recent::ignored) return;
-  at.mean = at.recent_mean;
-  at.variance = at.recent_variance;
+  at.rows = open_;
+}
+
+void OpenSlice::update(const SupportBasis& basis, const Place& point, const double* phi,
+                       Evaluation& at) const {
+  const auto& kernel = basis.kernel();
+  const int field = basis.field_of(point), d = kernel.dimensions();
+  for (int i = at.rows; i < open_; ++i) {
+    const double r2 =
+        (this->point(i) - point).head(d).cwiseQuotient(kernel.length_scales()).squaredNorm();
+    at.covariances[i] =
+        basis.prior(field_of(basis, i), field) * field_core::correlation(kernel.type(), r2) -
+        dot_product(gains() + i * m_, phi, m_);
+  }
+  condition(at);
+}
+
+double OpenSlice::covariance(double prior, const double* phi_a, const Evaluation& a,
+                             const double* phi_b, const Evaluation& b, Recent recent) const {
+  double sum = prior - dot_product(phi_a, phi_b, m_) + dot_product(a.gain.data(), phi_b, m_);
+  const int rows = recent == Recent::used ? std::min(a.rows, b.rows) : 0;
+  for (int i = 0; i < rows; ++i) sum -= a.covariances[i] * b.covariances[i];
+  return sum;
 }
 
 void OpenSlice::append(const Place& point, const double* phi, const Evaluation& at, double value,
@@ -103,9 +136,8 @@ void OpenSlice::close(const SupportPosterior& before, SupportPosterior& after) {
 }
 
 void OpenSlice::extend(const SupportBasis& basis) {
-  const Eigen::Index newest = basis.support().cols() - 1;
   for (int i = 0; i < open_; ++i) {
-    numbers_[features(i) - numbers_.data() + newest] = basis.newest_feature(point(i));
+    basis.add_newest_features(point(i), numbers_.data() + (features(i) - numbers_.data()));
   }
 }
 

@@ -105,7 +105,7 @@ struct Kernels {
       const Vector r2 = squared_distance<M>(rows.dimensions, [&](int a) GP_LOCALIZE_INLINE_LAMBDA {
         return (M::load(rows.place + a * rows.stride + i) - at[a]) / rows.length_scales[a];
       });
-      M::store(out + i, rows.signal_variance * correlation<M>(rows.kernel, r2));
+      M::store(out + i, M::load(rows.prior + i) * correlation<M>(rows.kernel, r2));
     }
     const double* gain = rows.gain;
     for (int i = 0; i < rows.count; ++i, gain += rows.support) {

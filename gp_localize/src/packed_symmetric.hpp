@@ -17,7 +17,7 @@ void packed_downdate(const double* from, int n, int count, const double* g, doub
 /// What eq. (12)-(13) need of `count` earlier measurements.
 struct OpenRows {
   field_core::KernelType kernel;
-  double signal_variance;
+  const double* prior;          // of each with the field at hand at one place, padded like `place`
   int dimensions;               // d
   const double* length_scales;  // d
   int support;
@@ -27,7 +27,8 @@ struct OpenRows {
   const double* gain;   // count x support: phi_i - A phi_i
 };
 
-/// out[i] = k(place_i, at) - gain_i^T phi; `out` has room for a multiple of 4. O(count support).
+/// out[i] = prior_i correlation(place_i, at) - gain_i^T phi; `out` has room for a multiple of 4 and
+/// may be `prior`. O(count support).
 void open_covariances(const OpenRows& rows, const double* at, const double* phi, double* out);
 
 /// *out = a^T b

@@ -53,6 +53,14 @@ void GpLocalizeParams::validate() const {
                          "needs map_hypotheses: particle and mode: mapping, without a survey; a "
                          "known map was made with one set of hyperparameters");
   }
+  if (variance_dof > 0.0 && map_hypotheses != MapHypotheses::particle) {
+    throw ParameterError("variance_dof", "needs map_hypotheses: particle");
+  }
+  if (variance_dof > 0.0 && (outlier_share > 0.0 || field_offset.stddev > 0.0)) {
+    throw ParameterError("variance_dof",
+                         "cannot be used with outlier_share or field_offset/stddev: its density has "
+                         "heavy tails already, and a drift would pass for a larger variance");
+  }
   if (field_offset.stddev > 0.0 && mode != Mode::localization) {
     throw ParameterError(
         "field_offset/stddev",
@@ -64,6 +72,7 @@ void GpLocalizeParams::validate() const {
   if (adaptive.min_particles > particles) {
     throw ParameterError("adaptive/min_particles", "must not be larger than particles");
   }
+  validate_coregionalization();
 }
 
 }  // namespace gp_localize

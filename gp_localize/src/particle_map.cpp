@@ -10,31 +10,41 @@ namespace gp_localize {
 
 ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields)
     : fields_(fields),
+      first_(first_fields(fields)),
       candidates_(make_candidates(params, fields)),
       grow_at_(params.support.grow_at),
       first_support_(fields.front().basis.support().cols()),
-      candidate_(params.particles * fields.size(), 0),
+      candidate_(params.particles * first_.size(), 0),
       slice_size_(params.observation_model == ObservationModelType::fitc ? 1 : params.slice_size),
       recent_(params.observation_model == ObservationModelType::online_pitc_assimilated
                   ? Recent::ignored
                   : Recent::used),
       outlier_share_(params.outlier_share),
-      offsets_(params, fields) {
+      offsets_(params, fields),
+      factors_(params, first_.size()) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
   for (const FieldModel& field : fields_) {
     const int m = static_cast<int>(field.basis.size());
-    initial_.emplace_back(m);
-    empty.emplace_back(m, slice_size_);
+    const int steps = slice_size_ * field.basis.fields();
+    if (field.group == static_cast<int>(initial_.size())) {
+      initial_.emplace_back(m);
+      empty.emplace_back(m, steps, field.basis.place_dimensions());
+    }
     phi_.emplace_back(m, params.particles);
     features_.resize(std::max<std::size_t>(features_.size(), m * count));
     Evaluation at;  // of its full size: the number of particles varies during the run
-    at.covariances.resize((slice_size_ + 3) / 4 * 4);
+    at.covariances.resize((steps + 3) / 4 * 4);
     at.gain.resize(m);
     evaluations_.insert(evaluations_.end(), count, at);
   }
   points_.resize(2, params.particles);
-  gathered_.resize(2, params.particles);
+  gathered_.resize(3, params.particles);
+  if (first_.size() < fields_.size()) {
+    joint_.resize(count * fields_.size() * (fields_.size() + 1));
+  }
+  weighed_.assign(first_.size(), {});
+  for (auto& list : weighed_) list.reserve(fields_.size());
   members_.reserve(count);
   new_candidate_.reserve(candidate_.size());
   if (!params.survey.empty()) initial_ = map_from_survey(params.survey, fields_);
@@ -79,6 +89,7 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
                           field_core::Random& random) {
   draw_candidates(random);
   offsets_.restart();
+  factors_.restart();
   forget_grown_support();
   closed_[0] = initial_;
   for (Slices& slices : slices_) {
@@ -110,33 +121,65 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
   log_likelihood.assign(count, 0.0);
   innovation.mean.assign(observations.size(), 0.0);
   innovation.variance.assign(observations.size(), 0.0);
+  for (auto& list : weighed_) list.clear();
+  factors_.begin();
   for (std::size_t k = 0; k < observations.size(); ++k) {
     const Observation& o = observations[k];
     compute_features(o.field, count);
     offsets_.advance(o.field, o.stamp);
+    factors_.reading(fields_[o.field].group);
     double mean = 0.0, square = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
-      const SupportBasis& basis = model(p, o.field).basis;
+      const FieldModel& field = model(p, o.field);
       Evaluation& at = evaluation(o.field, p);
-      slices_[slice_[p]][o.field].evaluate(basis, closed_[map_[p]][o.field], points_.col(p),
-                                           phi_[o.field].col(p).data(), recent_, at);
+      slices_[slice_[p]][field.group].evaluate(field.basis, closed_[map_[p]][field.group],
+                                               field.place(points_.col(p)),
+                                               phi_[o.field].col(p).data(), recent_, at);
       double variance = at.variance + noise_ratio(p, o.field) * o.likelihood_variance;
       double expected = at.mean;
       if (offsets_.active()) {
         expected += offsets_.mean(p, o.field);
         variance += offsets_.variance(p, o.field);
       }
+      if (field.basis.fields() > 1) condition_on_partners(p, o, expected, variance);
       const double error = o.value - expected;
-      log_likelihood[p] += log_density(error, variance, basis.kernel().signal_variance());
+      log_likelihood[p] += factors_.active()
+                               ? factors_.density(p, field.group, error, variance)
+                               : log_density(error, variance, field.signal_variance());
       mean += particles[p].weight * expected;
       square += particles[p].weight * (variance + expected * expected);
     }
     innovation.mean[k] = mean;
     innovation.variance[k] = square - mean * mean;
+    weighed_[fields_[o.field].group].push_back(o.field);
   }
 }
 
-void ParticleMap::track_offsets(const std::vector<Observation>& observations) {
+/// Of a reading, given those before it in this step that are of the same group: fields at one place
+/// are correlated by what the map does not know.
+void ParticleMap::condition_on_partners(std::size_t p, const Observation& o, double& mean,
+                                        double& variance) {
+  const FieldModel& field = model(p, o.field);
+  const OpenSlice& slice = slices_[slice_[p]][field.group];
+  double* row = joint_row(p, o.field);
+  std::size_t n = 0;
+  for (const int other : weighed_[field.group]) {
+    const double* before = joint_row(p, other);
+    double rest = slice.covariance(field.basis.prior(field.member, fields_[other].member),
+                                   phi_[o.field].col(p).data(), evaluation(o.field, p),
+                                   phi_[other].col(p).data(), evaluation(other, p), recent_);
+    for (std::size_t i = 0; i < n; ++i) rest -= row[i] * before[i];
+    row[n] = rest * before[n];
+    mean += row[n] * before[fields_.size()];
+    variance -= row[n] * row[n];
+    ++n;
+  }
+  row[n] = 1.0 / std::sqrt(variance);
+  row[fields_.size()] = (o.value - mean) * row[n];
+}
+
+void ParticleMap::accept(const std::vector<Observation>& observations) {
+  factors_.accept();
   if (!offsets_.active()) return;
   for (const Observation& o : observations) {
     for (std::size_t p = 0; p < map_.size(); ++p) {
@@ -153,8 +196,13 @@ void ParticleMap::learn(const ParticleSet& particles, const field_core::SE2&,
   for (std::size_t p = 0; p < count; ++p) {
     Slices& slices = slices_[slice_[p]];
     for (const Observation& o : observations) {
-      slices[o.field].append(points_.col(p), phi_[o.field].col(p).data(), evaluation(o.field, p),
-                             o.value, noise_ratio(p, o.field) * o.noise_variance);
+      const FieldModel& field = model(p, o.field);
+      const double* phi = phi_[o.field].col(p).data();
+      const Place place = field.place(points_.col(p));
+      Evaluation& at = evaluation(o.field, p);
+      OpenSlice& slice = slices[field.group];
+      slice.update(field.basis, place, phi, at);  // with its partners' readings of this step
+      slice.append(place, phi, at, o.value, noise_ratio(p, o.field) * o.noise_variance);
     }
   }
   grow_support(particles);
@@ -168,21 +216,22 @@ void ParticleMap::close_slices() {
     const auto is_open = [](const OpenSlice& slice) { return slice.open() > 0; };
     if (std::none_of(slices.begin(), slices.end(), is_open)) continue;
     const int before = map_[p], after = own_map(p);
-    for (std::size_t f = 0; f < fields_.size(); ++f) {
-      slices_[slice_[p]][f].close(closed_[before][f], closed_[after][f]);
+    for (std::size_t g = 0; g < first_.size(); ++g) {
+      slices_[slice_[p]][g].close(closed_[before][g], closed_[after][g]);
     }
   }
 }
 
 void ParticleMap::resampled(const std::vector<int>& ancestors) {
-  const std::size_t count = ancestors.size(), fields = fields_.size();
-  new_candidate_.resize(count * fields);
+  const std::size_t count = ancestors.size(), groups = first_.size();
+  new_candidate_.resize(count * groups);
   for (std::size_t p = 0; p < count; ++p) {
-    std::copy_n(candidate_.begin() + ancestors[p] * fields, fields,
-                new_candidate_.begin() + p * fields);
+    std::copy_n(candidate_.begin() + ancestors[p] * groups, groups,
+                new_candidate_.begin() + p * groups);
   }
   candidate_.swap(new_candidate_);
   offsets_.resampled(ancestors);
+  factors_.resampled(ancestors);
   new_map_.resize(count);
   new_slice_.assign(count, -1);
   kept_.assign(slices_.size(), 0);
@@ -203,8 +252,8 @@ void ParticleMap::resampled(const std::vector<int>& ancestors) {
     if (new_slice_[p] >= 0) continue;
     new_slice_[p] = spare_slices_.back();
     spare_slices_.pop_back();
-    for (std::size_t f = 0; f < fields_.size(); ++f) {
-      slices_[new_slice_[p]][f].copy_from(slices_[slice_[ancestors[p]]][f]);
+    for (std::size_t g = 0; g < groups; ++g) {
+      slices_[new_slice_[p]][g].copy_from(slices_[slice_[ancestors[p]]][g]);
     }
   }
   map_.swap(new_map_);

@@ -9,10 +9,12 @@
 #include "field_offsets.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
+#include "variance_factors.hpp"
 
 namespace gp_localize {
 
-/// A step costs O(P F m^2), for P particles and F fields.
+/// A step costs O(P F m^2), for P particles and F fields; in a group of q correlated fields
+/// O(P q (q m)^2).
 class ParticleMap : public MapModel {
  public:
   ParticleMap(const GpLocalizeParams& params, const std::vector<FieldModel>& fields);
@@ -24,10 +26,11 @@ class ParticleMap : public MapModel {
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;
-  void track_offsets(const std::vector<Observation>& observations) override;
+  void accept(const std::vector<Observation>& observations) override;
   void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, field_core::Random& random) override;
   void resampled(const std::vector<int>& ancestors) override;
+  FieldVariances variances(int field, const ParticleSet& particles) const override;
   void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                Eigen::VectorXd& mean, Eigen::VectorXd& variance) const override;
   Eigen::Matrix2Xd grown_support() const override;
@@ -39,25 +42,34 @@ class ParticleMap : public MapModel {
   int distinct_maps() const { return static_cast<int>(closed_.size() - free_.size()); }
 
  private:
-  using Closed = std::vector<SupportPosterior>;  // one per field
-  using Slices = std::vector<OpenSlice>;         // one per field
+  using Closed = std::vector<SupportPosterior>;  // one per group
+  using Slices = std::vector<OpenSlice>;         // one per group
 
   Evaluation& evaluation(int field, std::size_t particle) {
     return evaluations_[field * closed_.size() + particle];
   }
   /// The candidate that a particle tries for a field.
   const FieldModel& model(std::size_t particle, int field) const {
-    return candidates_[field][candidate_[particle * fields_.size() + field]];
+    return candidates_[field][candidate_[particle * first_.size() + fields_[field].group]];
   }
   /// Measurement noise under the particle's candidate, over that of the configured model.
   double noise_ratio(std::size_t particle, int field) const {
     return model(particle, field).noise_variance / fields_[field].noise_variance;
   }
+  double* joint_row(std::size_t particle, int field) {
+    return joint_.data() + (particle * fields_.size() + field) * (fields_.size() + 1);
+  }
+  void condition_on_partners(std::size_t particle, const Observation& o, double& mean,
+                             double& variance);
   void draw_candidates(field_core::Random& random);
   /// The particles that try candidate c of a field, into members_.
   void find_members(int field, int c, std::size_t count) const;
+  double factor(std::size_t particle, int field) const {
+    return factors_.factor(particle, fields_[field].group);
+  }
+  enum class Moments { all, about_zero };
   Eigen::Matrix2Xd predict_members(int field, int c, const Eigen::Matrix2Xd& points,
-                                   const std::vector<double>& weights) const;
+                                   const std::vector<double>& weights, Moments which) const;
   void grow_support(const ParticleSet& particles);
   void forget_grown_support();
   void grow_all(const Eigen::Vector2d& place);
@@ -70,15 +82,17 @@ class ParticleMap : public MapModel {
   void recount_users();
 
   std::vector<FieldModel> fields_;
+  std::vector<int> first_;                           // first field of each group
   std::vector<std::vector<FieldModel>> candidates_;  // [field][candidate]
   double grow_at_;
   Eigen::Index first_support_;                  // number of points before any was added
-  std::vector<int> candidate_, new_candidate_;  // [particle * fields + field]
-  int slice_size_;
+  std::vector<int> candidate_, new_candidate_;  // [particle * groups + group]
+  int slice_size_;                              // steps
   Recent recent_;
   double outlier_share_;
   int steps_in_slice_ = 0;
   FieldOffsets offsets_;
+  VarianceFactors factors_;
   Closed initial_;  // the prior, or what the survey says
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
   // how many particles map i has. Maps may be shared, slices are not.
@@ -90,6 +104,10 @@ class ParticleMap : public MapModel {
   std::vector<double> features_;
   std::vector<Eigen::MatrixXd> phi_;  // [field]: m x P, by columns
   Places points_, gathered_;
+  // Where fields are correlated, a step's readings in one Gaussian: per particle and field the row
+  // of the Cholesky factor (1 / the pivot on its diagonal), and the whitened error at its end.
+  std::vector<double> joint_;
+  std::vector<std::vector<int>> weighed_;  // [group]: the step's fields so far
   mutable std::vector<std::size_t> members_;
   std::vector<int> new_map_, new_slice_, spare_slices_;
   std::vector<char> kept_;

@@ -7,14 +7,14 @@
 
 namespace gp_localize {
 
-/// Every candidate of a field as often as any other, in random order: fields are independent.
+/// Every candidate of a group as often as any other, in random order: groups are independent.
 void ParticleMap::draw_candidates(field_core::Random& random) {
-  const std::size_t fields = fields_.size(), count = closed_.size();
-  candidate_.assign(count * fields, 0);
-  for (std::size_t f = 0; f < fields; ++f) {
-    const std::size_t choices = candidates_[f].size();
+  const std::size_t groups = first_.size(), count = closed_.size();
+  candidate_.assign(count * groups, 0);
+  for (std::size_t g = 0; g < groups; ++g) {
+    const std::size_t choices = candidates_[first_[g]].size();
     if (choices == 1) continue;
-    const auto at = [&](std::size_t p) -> int& { return candidate_[p * fields + f]; };
+    const auto at = [&](std::size_t p) -> int& { return candidate_[p * groups + g]; };
     for (std::size_t p = 0; p < count; ++p) at(p) = static_cast<int>(p % choices);
     for (std::size_t p = count - 1; p > 0; --p) std::swap(at(p), at(random.index(p + 1)));
   }
@@ -23,7 +23,7 @@ void ParticleMap::draw_candidates(field_core::Random& random) {
 void ParticleMap::find_members(int field, int c, std::size_t count) const {
   members_.clear();
   for (std::size_t p = 0; p < count; ++p) {
-    if (candidate_[p * fields_.size() + field] == c) members_.push_back(p);
+    if (candidate_[p * first_.size() + fields_[field].group] == c) members_.push_back(p);
   }
 }
 
@@ -32,9 +32,11 @@ void ParticleMap::compute_features(int field, std::size_t count) {
     find_members(field, static_cast<int>(c), count);
     const auto n = static_cast<Eigen::Index>(members_.size());
     if (n == 0) continue;
-    for (Eigen::Index i = 0; i < n; ++i) gathered_.col(i) = points_.col(members_[i]);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      gathered_.col(i) << points_.col(members_[i]), static_cast<double>(fields_[field].member);
+    }
     const SupportBasis& basis = candidates_[field][c].basis;
-    basis.features(gathered_.leftCols(n), features_.data());
+    basis.features(gathered_.topLeftCorner(basis.place_dimensions(), n), features_.data());
     const Eigen::Map<const Features> features(features_.data(), basis.size(), n);
     for (Eigen::Index i = 0; i < n; ++i) phi_[field].col(members_[i]) = features.col(i);
   }
@@ -56,8 +58,8 @@ void ParticleMap::grow_support(const ParticleSet& particles) {
   if (most <= grow_at_ || least <= kSingular) return;
   grow_all(place);
   for (std::size_t p = 0; p < map_.size(); ++p) {
-    for (std::size_t f = 0; f < fields_.size(); ++f) {
-      slices_[slice_[p]][f].extend(model(p, static_cast<int>(f)).basis);
+    for (std::size_t g = 0; g < first_.size(); ++g) {
+      slices_[slice_[p]][g].extend(model(p, first_[g]).basis);
     }
   }
 }
@@ -81,58 +83,83 @@ Eigen::Matrix2Xd ParticleMap::grown_support() const {
   return all.rightCols(all.cols() - first_support_);
 }
 
+FieldVariances ParticleMap::variances(int field, const ParticleSet& particles) const {
+  const FieldModel& configured = fields_[field];
+  if (candidates_[field].size() == 1 && !factors_.active()) {
+    return {configured.signal_variance(), configured.noise_variance};
+  }
+  FieldVariances sum{0.0, 0.0};
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const double weight = particles[p].weight * factor(p, field);
+    sum.signal += weight * model(p, field).signal_variance();
+    sum.noise += weight * model(p, field).noise_variance;
+  }
+  return sum;
+}
+
 std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
     const ParticleSet& particles) const {
   std::vector<field_core::HyperparameterPosterior> all;
-  for (std::size_t f = 0; f < fields_.size() && candidates_[f].size() > 1; ++f) {
+  const bool learned = candidates_.front().size() > 1 || factors_.active();
+  for (std::size_t f = 0; f < fields_.size() && learned; ++f) {
     const auto count = static_cast<Eigen::Index>(candidates_[f].size());
     field_core::HyperparameterPosterior posterior{
         fields_[f].info.name,
         {"length_scale_x", "length_scale_y", "noise_stddev", "signal_stddev"},
         Eigen::MatrixXd(4, count),
         Eigen::VectorXd::Zero(count)};
+    Eigen::VectorXd factors = posterior.probability;  // of each candidate's particles, weighted
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      const int c = candidate_[p * first_.size() + fields_[f].group];
+      posterior.probability[c] += particles[p].weight;
+      factors[c] += particles[p].weight * factor(p, static_cast<int>(f));
+    }
     for (Eigen::Index c = 0; c < count; ++c) {
       const FieldModel& m = candidates_[f][c];
       const auto& kernel = m.basis.kernel();
-      posterior.values.col(c) << kernel.length_scales(), std::sqrt(m.noise_variance),
-          std::sqrt(kernel.signal_variance());
-    }
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-      posterior.probability[candidate_[p * fields_.size() + f]] += particles[p].weight;
+      const double weight = posterior.probability[c];
+      const double scale = factors_.active() && weight > 0.0 ? factors[c] / weight : 1.0;
+      posterior.values.col(c) << kernel.length_scales(), std::sqrt(scale * m.noise_variance),
+          std::sqrt(scale * m.signal_variance());
     }
     all.push_back(std::move(posterior));
   }
   return all;
 }
 
-/// Mean and mean square at `points` of the mixture of members_ under their candidate c.
+/// Mean and mean square at `points` of the mixture of members_ under their candidate c; about_zero:
+/// as if all had measured the prior mean, so that the squares are the variances alone.
 Eigen::Matrix2Xd ParticleMap::predict_members(int field, int c, const Eigen::Matrix2Xd& points,
-                                              const std::vector<double>& weights) const {
+                                              const std::vector<double>& weights,
+                                              Moments which) const {
+  const double values = which == Moments::all ? 1.0 : 0.0;
   const auto count = static_cast<Eigen::Index>(members_.size());
-  const SupportBasis& basis = candidates_[field][c].basis;
+  const FieldModel& model = candidates_[field][c];
+  const SupportBasis& basis = model.basis;
   const auto panels = make_path_panels(basis, static_cast<int>(count), slice_size_, recent_,
                                        Precision::double_precision);
   const auto slice = [&](Eigen::Index i) -> const OpenSlice& {
-    return slices_[slice_[members_[i]]][field];
+    return slices_[slice_[members_[i]]][model.group];
   };
   Eigen::MatrixXd summaries(SupportPosterior::size(static_cast<int>(basis.size())), count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double* numbers = closed_[map_[members_[i]]][field].numbers();
+    const double* numbers = closed_[map_[members_[i]]][model.group].numbers();
     summaries.col(i) = Eigen::Map<const Eigen::VectorXd>(numbers, summaries.rows());
   }
+  summaries.bottomRows(basis.size()) *= values;
   panels->assimilate(summaries);
   panels->weight(weights);
-  Places places(2, count);
+  Places places(basis.place_dimensions(), count);
   Features features(basis.size(), count);
   for (int k = 0; k < slice(0).open(); ++k) {  // all have measured the same
     for (Eigen::Index i = 0; i < count; ++i) {
       places.col(i) = slice(i).point(k);
       features.col(i) = Eigen::Map<const Eigen::VectorXd>(slice(i).features(k), basis.size());
     }
-    panels->extend(basis, places, features, slice(0).value(k), slice(0).noise(k));
+    panels->extend(basis, places, features, values * slice(0).value(k), slice(0).noise(k));
   }
   Eigen::Matrix2Xd moments;
-  panels->add(basis, points, 0.0, 0.0, nullptr, moments);
+  panels->add(basis, model.places(points), 0.0, 0.0, nullptr, moments);
   return moments;
 }
 
@@ -147,7 +174,12 @@ void ParticleMap::predict(int field, const Eigen::Matrix2Xd& points, const Parti
     if (!(total > 0.0)) continue;
     weights.clear();
     for (const std::size_t p : members_) weights.push_back(particles[p].weight / total);
-    moments += total * predict_members(field, static_cast<int>(c), points, weights);
+    moments += total * predict_members(field, static_cast<int>(c), points, weights, Moments::all);
+    if (!factors_.active()) continue;
+    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] *= factor(members_[i], field) - 1.0;
+    moments.row(1) +=
+        total *
+        predict_members(field, static_cast<int>(c), points, weights, Moments::about_zero).row(1);
   }
   mean = moments.row(0).transpose();
   variance = (moments.row(1) - moments.row(0).cwiseAbs2()).transpose().cwiseMax(0.0);

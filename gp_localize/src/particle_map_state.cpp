@@ -22,25 +22,25 @@ void ParticleMap::save(field_core::State& state) const {
   Eigen::MatrixXd map(1, particles);
   for (Eigen::Index p = 0; p < particles; ++p) map(0, p) = map_[p];
   state.set("map_of_particle", map);
-  const auto fields = static_cast<Eigen::Index>(fields_.size());
-  Eigen::MatrixXd candidates(fields, particles);
+  Eigen::MatrixXd candidates(static_cast<Eigen::Index>(first_.size()), particles);
   for (Eigen::Index i = 0; i < candidates.size(); ++i) candidates.data()[i] = candidate_[i];
   state.set("candidate_of_particle", candidates);
   offsets_.save(state);
+  factors_.save(state);
   Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(2, 1 + grown_support().cols());
   grown.rightCols(grown.cols() - 1) = grown_support();  // after a column that is never empty
   state.set("grown_support", grown);
-  for (std::size_t f = 0; f < fields_.size(); ++f) {
-    const std::string& name = fields_[f].info.name;
-    const int m = static_cast<int>(fields_[f].basis.size());
+  for (std::size_t g = 0; g < first_.size(); ++g) {
+    const std::string& name = fields_[first_[g]].info.name;
+    const int m = static_cast<int>(fields_[first_[g]].basis.size());
     Eigen::MatrixXd closed = Eigen::MatrixXd::Zero(SupportPosterior::size(m), maps);
     for (Eigen::Index i = 0; i < maps; ++i) {
       if (users_[i] == 0) continue;
-      closed.col(i) = Eigen::Map<const Eigen::VectorXd>(closed_[i][f].numbers(), closed.rows());
+      closed.col(i) = Eigen::Map<const Eigen::VectorXd>(closed_[i][g].numbers(), closed.rows());
     }
-    Eigen::MatrixXd open(OpenSlice::number_count(m, slice_size_) + 1, particles);
+    Eigen::MatrixXd open(slices_.front()[g].numbers().size() + 1, particles);
     for (Eigen::Index p = 0; p < particles; ++p) {
-      const OpenSlice& slice = slices_[slice_[p]][f];
+      const OpenSlice& slice = slices_[slice_[p]][g];
       open(0, p) = slice.open();
       open.col(p).tail(open.rows() - 1) =
           Eigen::Map<const Eigen::VectorXd>(slice.numbers().data(), open.rows() - 1);
@@ -53,24 +53,27 @@ void ParticleMap::save(field_core::State& state) const {
 void ParticleMap::restore(const field_core::State& state, const std::vector<int>& ancestors) {
   const Eigen::MatrixXd map = state.matrix("map_of_particle", 1, -1);
   const int steps = static_cast<int>(state.scalar("steps_in_slice"));
-  const auto rows = static_cast<Eigen::Index>(fields_.size());
+  const auto rows = static_cast<Eigen::Index>(first_.size());
   const Eigen::MatrixXd candidate = state.matrix("candidate_of_particle", rows, map.cols());
   const auto most = static_cast<double>(candidates_.front().size());
   require_below(candidate, most, "candidate_of_particle");
   std::vector<const Eigen::MatrixXd*> closed, open;
-  for (const FieldModel& field : fields_) {
+  for (std::size_t g = 0; g < first_.size(); ++g) {  // a group has the name of its first field
+    const FieldModel& field = fields_[first_[g]];
     const int m = static_cast<int>(field.basis.size());
     closed.push_back(&state.matrix("map/" + field.info.name, SupportPosterior::size(m), -1));
-    open.push_back(&state.matrix("slice/" + field.info.name,
-                                 OpenSlice::number_count(m, slice_size_) + 1, map.cols()));
+    const auto numbers = static_cast<Eigen::Index>(slices_.front()[g].numbers().size());
+    open.push_back(&state.matrix("slice/" + field.info.name, numbers + 1, map.cols()));
     require_below(map, static_cast<double>(closed.back()->cols()), "map_of_particle");
   }
   const Eigen::MatrixXd& grown = state.matrix("grown_support", 2, -1);
-  if (first_support_ + grown.cols() - 1 > fields_.front().basis.size()) {
+  const SupportBasis& basis = fields_.front().basis;
+  if (first_support_ + grown.cols() - 1 > basis.size() / basis.fields()) {
     throw field_core::DataError("the state has " + std::to_string(grown.cols() - 1) +
                                 " support points that were added; raise support/budget");
   }
   offsets_.restore(state, ancestors);
+  factors_.restore(state, ancestors);
   forget_grown_support();
   for (Eigen::Index i = 1; i < grown.cols(); ++i) grow_all(grown.col(i));
   // Maps that particles share are taken over once: `place` is where each is now.
@@ -78,21 +81,21 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
   int maps = 0;
   map_.resize(ancestors.size());
   slice_.resize(ancestors.size());
-  candidate_.resize(ancestors.size() * fields_.size());
+  candidate_.resize(ancestors.size() * first_.size());
   for (std::size_t p = 0; p < ancestors.size(); ++p) {
     const int from = static_cast<int>(map(0, ancestors[p]));
     const bool is_new = place[from] < 0;
     if (is_new) place[from] = maps++;
     map_[p] = place[from];
     slice_[p] = static_cast<int>(p);
-    for (std::size_t f = 0; f < fields_.size(); ++f) {
-      candidate_[p * fields_.size() + f] = static_cast<int>(candidate(f, ancestors[p]));
+    for (std::size_t g = 0; g < first_.size(); ++g) {
+      candidate_[p * first_.size() + g] = static_cast<int>(candidate(g, ancestors[p]));
       if (is_new) {
-        const auto numbers = closed[f]->col(from);
-        std::copy(numbers.data(), numbers.data() + numbers.size(), closed_[map_[p]][f].numbers());
+        const auto numbers = closed[g]->col(from);
+        std::copy(numbers.data(), numbers.data() + numbers.size(), closed_[map_[p]][g].numbers());
       }
-      const double* slice = open[f]->col(ancestors[p]).data();
-      slices_[p][f].restore(static_cast<int>(slice[0]), slice + 1);
+      const double* slice = open[g]->col(ancestors[p]).data();
+      slices_[p][g].restore(static_cast<int>(slice[0]), slice + 1);
     }
   }
   recount_users();

@@ -9,6 +9,7 @@
 #include "field_core/state.hpp"
 #include "gp_localize/field_model.hpp"
 #include "gp_localize/params.hpp"
+#include "path_panels.hpp"
 
 namespace gp_localize {
 
@@ -26,6 +27,11 @@ class PathBank {
   /// @param moments 2 x P: per place, mean and mean square of the paths' predictions
   virtual void add(const Places& places, double value, double noise_variance, PathBank& total,
                    Eigen::Matrix2Xd& moments) = 0;
+  /// Likewise the joint density of several fields of a group, read together at places (without the
+  /// field's number). moments[k]: of reading k given those before it.
+  /// @throws ParameterError unless the model knows groups
+  virtual void add_joint(const Places& places, const std::vector<Reading>& readings,
+                         PathBank& total, std::vector<Eigen::Matrix2Xd>& moments);
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 

@@ -16,6 +16,7 @@ class Panels final : public PathPanels {
   Panels(const SupportBasis& basis, int paths, int slice_size, Recent recent,
          double interpolation_tolerance)
       : recent_(recent), tolerance_(interpolation_tolerance) {
+    slice_size *= basis.fields();
     const int m = static_cast<int>(basis.size());
     const std::size_t panels = (paths + kPanel<T> - 1) / kPanel<T>;
     const std::size_t lanes = panels * kPanel<T>;
@@ -30,8 +31,10 @@ class Panels final : public PathPanels {
     T* next = memory_.data();
     for (int i = 0; i < kArrays; next += sizes[i], ++i) at[i] = next;
     const auto& kernel = basis.kernel();
+    prior_.assign(slice_size, static_cast<T>(basis.prior(0, 0)));
+    open_fields_.assign(slice_size, 0);
     p_ = {kernel.type(),
-          static_cast<T>(kernel.signal_variance()),
+          prior_.data(),
           d,
           m,
           0,
@@ -71,6 +74,8 @@ class Panels final : public PathPanels {
   void extend(const SupportBasis& basis, const Places& places, const Features& features,
               double value, double noise_variance) override {
     if (recent_ == Recent::ignored) return;
+    open_fields_[p_.open] = basis.field_of(places.col(0));
+    set_prior(basis, Combination{open_fields_[p_.open]}, p_.open + 1);
     const int lanes = p_.panels * kPanel<T>;
     for (int c = 0; c < lanes; ++c) {
       const int path = std::min(c, p_.hypotheses - 1);
@@ -109,13 +114,37 @@ class Panels final : public PathPanels {
     const Scores<T> scores{static_cast<T>(value),
                            total ? static_cast<Panels*>(total)->log_densities_.data() : nullptr,
                            moments_.data()};
-    if (fit_box(basis, places, noise_variance)) {
-      add_interpolated(basis, n, noise_variance, scores);
+    const Combination field{n > 0 ? basis.field_of(places.col(0)) : 0};
+    set_prior(basis, field, p_.open);
+    if (fit_box(basis, places, basis.prior(field.a, field.a), noise_variance)) {
+      add_interpolated(basis, field, n, noise_variance, scores);
     } else {
-      add_log_densities(p_, batch(basis, places, noise_variance), scores);
+      add_log_densities(p_, batch(basis, places, field, noise_variance), scores);
     }
     moments.resize(2, n);
     for (int i = 0; i < 2 * n; ++i) moments.data()[i] = moments_[i];
+  }
+
+  void add_joint(const SupportBasis& basis, const Places& places,
+                 const std::vector<Reading>& readings, PathPanels* total,
+                 std::vector<Eigen::Matrix2Xd>& moments) override {
+    moments.resize(readings.size());
+    for (Eigen::Matrix2Xd& m : moments) m.setZero(2, places.cols());
+    for (Eigen::Index first = 0; first < places.cols(); first += kBatch) {
+      const Eigen::Index count = std::min<Eigen::Index>(kBatch, places.cols() - first);
+      predict_pairs(basis, places.middleCols(first, count), readings);
+      for (int panel = 0; panel < p_.panels; ++panel) {
+        for (Eigen::Index p = 0; p < count; ++p) {
+          const long slot = (static_cast<long>(panel) * count + p) * kPanel<T>;
+          T* sums = static_cast<Panels*>(total)->log_densities_.data() +
+                    ((first + p) * p_.panels + panel) * kPanel<T>;
+          for (int lane = 0; lane < kPanel<T>; ++lane) {
+            sums[lane] += score_joint(readings, slot + lane, p_.weight[panel * kPanel<T> + lane],
+                                      first + p, moments);
+          }
+        }
+      }
+    }
   }
 
   void log_mean(std::vector<double>& out) const override {
@@ -126,10 +155,108 @@ class Panels final : public PathPanels {
  private:
   static constexpr int kArrays = 7;
   static constexpr int kMostNodes = 256;
+  static constexpr int kMostFields = 12;  // of a group
+
+  /// What is predicted: a field of the group, or a weighted sum of two, which the model knows as
+  /// well as it knows a field.
+  struct Combination {
+    int a, b = -1;
+    double weight_a = 1.0, weight_b = 0.0;
+
+    double with(const SupportBasis& basis, int field) const {
+      const double one = weight_a * basis.prior(field, a);
+      return b < 0 ? one : one + weight_b * basis.prior(field, b);
+    }
+    double variance(const SupportBasis& basis) const {
+      const double one = weight_a * with(basis, a);
+      return b < 0 ? one : one + weight_b * with(basis, b);
+    }
+  };
+
+  void set_prior(const SupportBasis& basis, const Combination& what, int open) {
+    for (int i = 0; i < open; ++i) {
+      prior_[i] = static_cast<T>(what.with(basis, open_fields_[i]));
+    }
+  }
+
+  /// Mean and variance of every reading's field at a few places, and of the sum of every two, each
+  /// over its standard deviation: what that has more is twice their covariance.
+  void predict_pairs(const SupportBasis& basis, const Places& places,
+                     const std::vector<Reading>& readings) {
+    const auto n = static_cast<int>(places.cols());
+    const std::size_t q = readings.size();
+    pair_size_ = static_cast<std::size_t>(n) * p_.panels * kPanel<T>;
+    pair_mean_.resize((q + 1) * pair_size_);  // the last is of sums, and not used
+    pair_variance_.resize(q * q * pair_size_);
+    Places at(places.rows() + 1, n);
+    at.topRows(places.rows()) = places;
+    for (std::size_t a = 0; a < q; ++a) {
+      at.bottomRows(1).setConstant(readings[a].member);
+      for (std::size_t b = 0; b <= a; ++b) {
+        Combination what{readings[a].member};
+        if (b < a) {
+          const int other = readings[b].member;
+          what = {what.a, other, 1.0 / std::sqrt(basis.prior(what.a, what.a)),
+                  1.0 / std::sqrt(basis.prior(other, other))};
+        }
+        set_prior(basis, what, p_.open);
+        NodePredictions<T> out{};
+        out.nodes = n;
+        out.mean = pair_mean_.data() + (b < a ? q : a) * pair_size_;
+        out.variance = pair_variance_.data() + (a * q + b) * pair_size_;
+        predict_nodes(p_, batch(basis, at, what, 0.0), out);
+      }
+    }
+    for (std::size_t a = 0; a < q; ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        to_covariance(basis, readings[a].member, readings[b].member, a, b, q);
+      }
+    }
+  }
+
+  void to_covariance(const SupportBasis& basis, int field_a, int field_b, std::size_t a,
+                     std::size_t b, std::size_t q) {
+    const double va = basis.prior(field_a, field_a), vb = basis.prior(field_b, field_b);
+    const T ia = static_cast<T>(1.0 / va), ib = static_cast<T>(1.0 / vb);
+    const T half = static_cast<T>(0.5 * std::sqrt(va * vb));
+    const T* var_a = pair_variance_.data() + (a * q + a) * pair_size_;
+    const T* var_b = pair_variance_.data() + (b * q + b) * pair_size_;
+    T* pair = pair_variance_.data() + (a * q + b) * pair_size_;
+    for (std::size_t i = 0; i < pair_size_; ++i) {
+      pair[i] = half * (pair[i] - ia * var_a[i] - ib * var_b[i]);
+    }
+  }
+
+  /// Log of the joint density of the readings for one place and path, at `i` of the predictions.
+  T score_joint(const std::vector<Reading>& readings, std::size_t i, T weight, Eigen::Index place,
+                std::vector<Eigen::Matrix2Xd>& moments) const {
+    T l[kMostFields][kMostFields], whitened[kMostFields], sum = 0;
+    const std::size_t q = readings.size();
+    for (std::size_t a = 0; a < q; ++a) {
+      const T* variances = pair_variance_.data() + a * q * pair_size_ + i;
+      T mean = pair_mean_[a * pair_size_ + i];
+      const T noise = static_cast<T>(readings[a].noise_variance);
+      T variance = variances[a * pair_size_] + noise;
+      for (std::size_t b = 0; b < a; ++b) {
+        T rest = variances[b * pair_size_];
+        for (std::size_t j = 0; j < b; ++j) rest -= l[a][j] * l[b][j];
+        l[a][b] = rest / l[b][b];
+        mean += l[a][b] * whitened[b];
+        variance -= l[a][b] * l[a][b];
+      }
+      variance = std::max(variance, noise);  // below it by rounding only
+      l[a][a] = std::sqrt(variance);
+      whitened[a] = (static_cast<T>(readings[a].value) - mean) / l[a][a];
+      sum -= T(0.5) * (whitened[a] * whitened[a] + std::log(variance));
+      moments[a](0, place) += static_cast<double>(weight * mean);
+      moments[a](1, place) += static_cast<double>(weight * (variance + mean * mean));
+    }
+    return sum;
+  }
 
   /// Places with their features, in this precision. The memory is that of the object.
   PlaceBatch<T> batch(const SupportBasis& basis, const Eigen::Ref<const Places>& places,
-                      double noise_variance) {
+                      const Combination& what, double noise_variance) {
     const auto n = static_cast<int>(places.cols());
     const std::size_t size = static_cast<std::size_t>(p_.support) * n;
     exact_features_.resize(size);
@@ -137,7 +264,8 @@ class Panels final : public PathPanels {
     residual_.resize(n);
     place_.resize(static_cast<std::size_t>(basis.dimensions()) * n);
     basis.features(places, exact_features_.data());
-    const double prior = basis.kernel().signal_variance();
+    if (what.b >= 0) add_second(basis, places, what);
+    const double prior = what.variance(basis);
     for (int p = 0; p < n; ++p) {
       place(basis, places, p, place_.data() + p, n);
       double explained = 0.0;
@@ -150,9 +278,19 @@ class Panels final : public PathPanels {
     return {n, n, features_.data(), residual_.data(), place_.data(), scratch_.data()};
   }
 
+  void add_second(const SupportBasis& basis, Places places, const Combination& what) {
+    places.bottomRows(1).setConstant(what.b);
+    second_features_.resize(exact_features_.size());
+    basis.features(places, second_features_.data());
+    for (std::size_t i = 0; i < exact_features_.size(); ++i) {
+      exact_features_[i] = what.weight_a * exact_features_[i] + what.weight_b * second_features_[i];
+    }
+  }
+
   /// Whether the predictions are smooth enough over the places to interpolate them, which is worth
   /// it as long as evaluating the nodes and combining them costs less than evaluating the places.
-  bool fit_box(const SupportBasis& basis, const Places& places, double noise_variance) {
+  bool fit_box(const SupportBasis& basis, const Places& places, double prior,
+               double noise_variance) {
     if (tolerance_ == 0.0 || noise_variance == 0.0) return false;
     if (p_.kernel != field_core::KernelType::squared_exponential || p_.dimensions != 2) {
       return false;
@@ -160,14 +298,14 @@ class Panels final : public PathPanels {
     const double pair = p_.support * (0.5 * p_.support + 1.5 + p_.open);
     const auto count = static_cast<double>(places.cols());
     const double worth = 0.75 * pair * count / (pair + 2.0 * count);
-    const double share = noise_variance / basis.kernel().signal_variance();
+    const double share = noise_variance / prior;
     return box_.fit(places, basis.kernel().length_scales(),
                     {tolerance_ * std::sqrt(share) / std::max(1.0, mean_norm_), tolerance_ * share},
                     std::min(kMostNodes, static_cast<int>(worth)));
   }
 
-  void add_interpolated(const SupportBasis& basis, int count, double noise_variance,
-                        const Scores<T>& scores) {
+  void add_interpolated(const SupportBasis& basis, const Combination& field, int count,
+                        double noise_variance, const Scores<T>& scores) {
     const auto nodes = static_cast<int>(box_.nodes().cols());
     node_mean_.resize(static_cast<std::size_t>(nodes) * p_.panels * kPanel<T>);
     node_variance_.resize(node_mean_.size());
@@ -178,7 +316,13 @@ class Panels final : public PathPanels {
         nodes,          node_mean_.data(),    node_variance_.data(),
         count,          coefficients_.data(), static_cast<T>(noise_variance),
         scratch_.data()};
-    predict_nodes(p_, batch(basis, box_.nodes(), 0.0), predictions);
+    if (basis.fields() > 1) {
+      Places at = Places::Constant(3, nodes, field.a);
+      at.topRows(2) = box_.nodes();
+      predict_nodes(p_, batch(basis, at, field, 0.0), predictions);
+    } else {
+      predict_nodes(p_, batch(basis, box_.nodes(), field, 0.0), predictions);
+    }
     add_interpolated_log_densities(p_, predictions, scores);
   }
 
@@ -186,8 +330,8 @@ class Panels final : public PathPanels {
   /// Coordinates are `stride` apart.
   static void place(const SupportBasis& basis, const Eigen::Ref<const Places>& places, int i,
                     T* out, int stride) {
-    const Place s =
-        (places.col(i) - basis.support().col(0)).cwiseQuotient(basis.kernel().length_scales());
+    const Place s = (places.col(i).head(basis.dimensions()) - basis.support().col(0))
+                        .cwiseQuotient(basis.kernel().length_scales());
     for (Eigen::Index a = 0; a < s.size(); ++a) out[a * stride] = static_cast<T>(s[a]);
   }
 
@@ -196,7 +340,13 @@ class Panels final : public PathPanels {
   double mean_norm_ = 0.0;  // bound of |mean|_H / sigma over the hypotheses, interpolation_box.hpp
   HypothesisPanels<T> p_;
   InterpolationBox box_;
-  std::vector<double> exact_features_;
+  std::vector<T> prior_;          // what p_.prior is
+  std::vector<int> open_fields_;  // of the open slice's measurements
+  std::vector<double> exact_features_, second_features_;
+  // Of readings weighed together: [reading] and [reading a][reading b], each panels x places x
+  // kPanel; the lower triangle, in the end the covariances.
+  std::size_t pair_size_ = 0;
+  std::vector<T> pair_mean_, pair_variance_;
   std::vector<T> node_mean_, node_variance_, coefficients_;
   std::vector<T> memory_;
   std::vector<T> scratch_, features_, residual_, place_, moments_;
@@ -209,7 +359,7 @@ class Panels final : public PathPanels {
 
 void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
                          PathPanels& panels) {
-  Places places(basis.dimensions(), maps.size());
+  Places places(basis.place_dimensions(), maps.size());
   Features features(basis.size(), static_cast<Eigen::Index>(maps.size()));
   const OnlineSparseGp& any = *maps.front();
   for (int i = 0; i < any.open(); ++i) {

@@ -11,6 +11,13 @@
 
 namespace gp_localize {
 
+/// A field of a group as measured at some place.
+struct Reading {
+  int member;
+  double value;
+  double noise_variance;
+};
+
 /// Interface that hides the precision. Paths must close their slices together.
 class PathPanels {
  public:
@@ -18,8 +25,8 @@ class PathPanels {
   /// Takes over the maps of paths whose slices have just been closed: per path, one column of A
   /// (lower triangle by columns) followed by m, as in OnlineSparseGp.
   virtual void assimilate(const Eigen::MatrixXd& summaries) = 0;
-  /// Path c measured `value` at places.col(c), whose features are features.col(c); with
-  /// Recent::ignored this changes nothing until the slice is closed.
+  /// Path c measured `value` at places.col(c), all of one field, whose features are
+  /// features.col(c); with Recent::ignored this changes nothing until the slice is closed.
   virtual void extend(const SupportBasis& basis, const Places& places, const Features& features,
                       double value, double noise_variance) = 0;
   /// Weights of the paths in the moments, summing to 1; all equal unless said.
@@ -31,6 +38,12 @@ class PathPanels {
   ///                predictions
   virtual void add(const SupportBasis& basis, const Places& places, double value,
                    double noise_variance, PathPanels* total, Eigen::Matrix2Xd& moments) = 0;
+  /// Likewise of several fields of a group, each once, measured together at places (d x P, without
+  /// the field's number): their joint density. moments[k] is of reading k given those before it.
+  /// Never interpolated. For q readings O(q^2) times the cost of one.
+  virtual void add_joint(const SupportBasis& basis, const Places& places,
+                         const std::vector<Reading>& readings, PathPanels* total,
+                         std::vector<Eigen::Matrix2Xd>& moments) = 0;
   /// Per particle, log of the mean over paths of the densities summed up since begin().
   virtual void log_mean(std::vector<double>& log_likelihood) const = 0;
 };
@@ -39,6 +52,7 @@ class PathPanels {
 void extend_by_open_rows(const SupportBasis& basis, const std::vector<const OnlineSparseGp*>& maps,
                          PathPanels& panels);
 
+/// @param slice_size steps; the open slice has room for as many measurements of each field
 /// @param interpolation_tolerance 0: every pair is evaluated. Otherwise particles that stand close
 ///        together share evaluations (interpolation_box.hpp), where the kernel is smooth and it
 ///        pays; means are then off by at most this share of the noise's standard deviation,

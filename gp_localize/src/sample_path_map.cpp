@@ -11,7 +11,10 @@ SamplePathMap::SamplePathMap(const GpLocalizeParams& params, const std::vector<F
       slice_size_(params.slice_size),
       redraw_(params.redraw_sample_paths),
       paths_(params.sample_paths) {
-  for (const FieldModel& field : fields_) banks_.push_back(make_path_bank(params, field));
+  for (const int first : first_fields(fields_)) {
+    banks_.push_back(make_path_bank(params, fields_[first]));
+  }
+  moments_.resize(1);
 }
 
 void SamplePathMap::restart(const SE2& pose, const Eigen::Matrix3d& covariance,
@@ -42,18 +45,47 @@ void SamplePathMap::weigh(const ParticleSet& particles, const SE2& sensor_in_bas
   total.begin(static_cast<int>(particles.size()));
   innovation.mean.assign(observations.size(), 0.0);
   innovation.variance.assign(observations.size(), 0.0);
+  const auto together = [&](std::size_t i, std::size_t k) {
+    const FieldModel &a = fields_[observations[i].field], &b = fields_[observations[k].field];
+    return i == k || (a.group == b.group && a.basis.fields() > 1);
+  };
   for (std::size_t k = 0; k < observations.size(); ++k) {
-    const Observation& o = observations[k];
-    banks_[o.field]->add(points_, o.value, o.likelihood_variance, total, moments_);
-    double mean = 0.0, square = 0.0;
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-      mean += particles[i].weight * moments_(0, i);
-      square += particles[i].weight * moments_(1, i);
+    which_.clear();
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      if (together(i, k)) which_.push_back(i);
     }
-    innovation.mean[k] = mean;
-    innovation.variance[k] = square - mean * mean;
+    if (which_.front() == k) weigh_group(particles, observations, total, innovation);
   }
   total.log_mean(log_likelihood);
+}
+
+void SamplePathMap::weigh_group(const ParticleSet& particles,
+                                const std::vector<Observation>& observations, PathBank& total,
+                                Innovation& innovation) {
+  const Observation& first = observations[which_.front()];
+  const FieldModel& field = fields_[first.field];
+  PathBank& bank = *banks_[field.group];
+  if (which_.size() > 1) {
+    readings_.clear();
+    for (const std::size_t k : which_) {
+      const Observation& o = observations[k];
+      readings_.push_back({fields_[o.field].member, o.value, o.likelihood_variance});
+    }
+    bank.add_joint(points_, readings_, total, moments_);
+  } else if (field.basis.fields() > 1) {
+    bank.add(field.places(points_), first.value, first.likelihood_variance, total, moments_[0]);
+  } else {
+    bank.add(points_, first.value, first.likelihood_variance, total, moments_[0]);
+  }
+  for (std::size_t j = 0; j < which_.size(); ++j) {
+    double mean = 0.0, square = 0.0;
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      mean += particles[i].weight * moments_[j](0, i);
+      square += particles[i].weight * moments_[j](1, i);
+    }
+    innovation.mean[which_[j]] = mean;
+    innovation.variance[which_[j]] = square - mean * mean;
+  }
 }
 
 void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_base,
@@ -64,7 +96,13 @@ void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_bas
     path_points_.col(c) = paths_[c].pose * sensor_in_base.translation();
   }
   for (const Observation& o : observations) {
-    banks_[o.field]->learn(path_points_, o.value, o.noise_variance);
+    const FieldModel& field = fields_[o.field];
+    PathBank& bank = *banks_[field.group];
+    if (field.basis.fields() > 1) {
+      bank.learn(field.places(path_points_), o.value, o.noise_variance);
+    } else {
+      bank.learn(path_points_, o.value, o.noise_variance);
+    }
   }
   if (++steps_in_slice_ < slice_size_) return;
   close_slice();
@@ -87,7 +125,7 @@ void SamplePathMap::redraw_paths(const ParticleSet& particles, field_core::Rando
 void SamplePathMap::predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet&,
                             Eigen::VectorXd& mean, Eigen::VectorXd& variance) const {
   Eigen::Matrix2Xd moments;
-  banks_[field]->predict(points, moments);
+  banks_[fields_[field].group]->predict(fields_[field].places(points), moments);
   mean = moments.row(0).transpose();
   variance = (moments.row(1) - moments.row(0).cwiseAbs2()).transpose().cwiseMax(0.0);
 }

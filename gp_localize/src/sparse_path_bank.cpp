@@ -7,15 +7,15 @@ SparsePathBank::SparsePathBank(const FieldModel& field, int paths, int slice_siz
     : field_(field),
       slice_size_(slice_size),
       recent_(recent),
-      maps_(paths, OnlineSparseGp(static_cast<int>(field.basis.size()), slice_size, recent,
-                                  field.basis.dimensions())),
+      maps_(paths, OnlineSparseGp(static_cast<int>(field.basis.size()), slice_capacity(), recent,
+                                  field.basis.place_dimensions())),
       closed_(OnlineSparseGp::summary_size(static_cast<int>(field.basis.size())), paths),
       panels_(make_path_panels(field.basis, paths, slice_size, recent, precision,
                                interpolation_tolerance)) {}
 
 void SparsePathBank::restart() {
-  const OnlineSparseGp blank(static_cast<int>(field_.basis.size()), slice_size_, recent_,
-                             field_.basis.dimensions());
+  const OnlineSparseGp blank(static_cast<int>(field_.basis.size()), slice_capacity(), recent_,
+                             field_.basis.place_dimensions());
   maps_.assign(maps_.size(), blank);
   learned_ = true;
   close_slice();
@@ -25,6 +25,12 @@ void SparsePathBank::add(const Places& places, double value, double noise_varian
                          Eigen::Matrix2Xd& moments) {
   panels_->add(field_.basis, places, value, noise_variance,
                static_cast<SparsePathBank&>(total).panels_.get(), moments);
+}
+
+void SparsePathBank::add_joint(const Places& places, const std::vector<Reading>& readings,
+                               PathBank& total, std::vector<Eigen::Matrix2Xd>& moments) {
+  panels_->add_joint(field_.basis, places, readings,
+                     static_cast<SparsePathBank&>(total).panels_.get(), moments);
 }
 
 void SparsePathBank::learn(const Places& places, double value, double noise_variance) {
@@ -64,8 +70,8 @@ void SparsePathBank::predict(const Places& points, Eigen::Matrix2Xd& moments) co
 }
 
 void SparsePathBank::save(field_core::State& state) const {
-  const auto rows =
-      OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_, field_.basis.dimensions());
+  const auto rows = OnlineSparseGp::number_count(maps_[0].support_size(), slice_capacity(),
+                                                 field_.basis.place_dimensions());
   Eigen::MatrixXd numbers(rows, maps_.size());
   for (std::size_t c = 0; c < maps_.size(); ++c) {
     const std::vector<double> all = maps_[c].numbers();
@@ -77,10 +83,10 @@ void SparsePathBank::save(field_core::State& state) const {
 
 void SparsePathBank::check(const field_core::State& state) const {
   const auto paths = static_cast<Eigen::Index>(maps_.size());
-  state.matrix(
-      "map/" + field_.info.name,
-      OnlineSparseGp::number_count(maps_[0].support_size(), slice_size_, field_.basis.dimensions()),
-      paths);
+  state.matrix("map/" + field_.info.name,
+               OnlineSparseGp::number_count(maps_[0].support_size(), slice_capacity(),
+                                            field_.basis.place_dimensions()),
+               paths);
   state.matrix("closed/" + field_.info.name, closed_.rows(), paths);
 }
 

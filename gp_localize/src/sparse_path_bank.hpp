@@ -20,6 +20,8 @@ class SparsePathBank final : public PathBank {
   void begin(int particles) override { panels_->begin(particles); }
   void add(const Places& places, double value, double noise_variance, PathBank& total,
            Eigen::Matrix2Xd& moments) override;
+  void add_joint(const Places& places, const std::vector<Reading>& readings, PathBank& total,
+                 std::vector<Eigen::Matrix2Xd>& moments) override;
   void log_mean(std::vector<double>& out) const override { panels_->log_mean(out); }
   void learn(const Places& places, double value, double noise_variance) override;
   void close_slice() override;
@@ -32,8 +34,10 @@ class SparsePathBank final : public PathBank {
   /// Panels from the closed summaries and the open rows of the maps.
   void fill(PathPanels& panels) const;
 
-  const FieldModel& field_;
-  int slice_size_;
+  int slice_capacity() const { return slice_size_ * field_.basis.fields(); }
+
+  const FieldModel& field_;  // any of the group
+  int slice_size_;           // steps
   Recent recent_;
   std::vector<OnlineSparseGp> maps_;  // one per path
   Eigen::MatrixXd closed_;            // summaries when the last slice closed

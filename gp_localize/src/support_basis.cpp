@@ -33,8 +33,9 @@ void require_distinct(const Places& s, const Place& length_scales) {
 }  // namespace
 
 SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Places& support, double jitter,
-                           double noise_variance, int room)
+                           double noise_variance, int room, const Coregionalization& group)
     : kernel_(kernel),
+      group_(group),
       first_(support.cols()),
       used_(support.cols()),
       diagonal_(jitter * kernel.signal_variance() + noise_variance),
@@ -64,7 +65,7 @@ SupportBasis::SupportBasis(const field_core::Kernel& kernel, const Places& suppo
 
 double SupportBasis::unexplained(const Place& point) const {
   Phi phi;
-  features(point, phi.data());
+  kernel_features(point, phi.data());
   double explained = 0.0;
   for (Eigen::Index i = 0; i < used_; ++i) explained += phi[i] * phi[i];
   return 1.0 - explained / kernel_.signal_variance();
@@ -73,7 +74,7 @@ double SupportBasis::unexplained(const Place& point) const {
 /// With l = phi(point), the new rows of L and of its inverse are (l^T, d) and (-l^T L^-1, 1) / d.
 void SupportBasis::grow(const Place& point) {
   Phi phi;
-  features(point, phi.data());
+  kernel_features(point, phi.data());
   const double d = std::sqrt(unexplained(point) * kernel_.signal_variance() + diagonal_);
   auto row = whitening_.row(used_);
   for (Eigen::Index k = 0; k < used_; ++k) {
@@ -85,12 +86,16 @@ void SupportBasis::grow(const Place& point) {
   support_.col(used_++) = point;
 }
 
-double SupportBasis::newest_feature(const Place& point) const {
+void SupportBasis::add_newest_features(const Place& point, double* phi) const {
+  const Place x = point.head(dimensions());
   double sum = 0.0;
   for (Eigen::Index k = 0; k < used_; ++k) {
-    sum += whitening_(used_ - 1, k) * kernel_(support_.col(k), point);
+    sum += whitening_(used_ - 1, k) * kernel_(support_.col(k), x);
   }
-  return sum;
+  const int field = field_of(point);
+  for (int j = 0; j < fields(); ++j) {
+    phi[j * support_.cols() + used_ - 1] = group_.factor(field, j) * sum;
+  }
 }
 
 void SupportBasis::forget_grown() {
@@ -104,9 +109,24 @@ void SupportBasis::features(const Eigen::Ref<const Places>& points, Features& fe
 }
 
 void SupportBasis::features(const Eigen::Ref<const Places>& points, double* features) const {
+  kernel_features(points, features);
+  if (fields() == 1) return;
+  const Eigen::Index n = points.cols(), m = support_.cols();
+  for (Eigen::Index p = 0; p < n; ++p) {
+    const int field = field_of(points.col(p));
+    for (int j = fields() - 1; j >= 0; --j) {  // the first block last: the others are made of it
+      const double factor = group_.factor(field, j);
+      for (Eigen::Index k = 0; k < m; ++k) {
+        features[(j * m + k) * n + p] = factor * features[k * n + p];
+      }
+    }
+  }
+}
+
+void SupportBasis::kernel_features(const Eigen::Ref<const Places>& points, double* features) const {
   whitened_features(
       {kernel_.type(), kernel_.signal_variance(), dimensions(), kernel_.length_scales().data(),
-       static_cast<int>(size()), support_.data(), whitening_.data()},
+       static_cast<int>(support_.cols()), support_.data(), whitening_.data()},
       static_cast<int>(points.cols()), points.data(), static_cast<int>(points.outerStride()),
       features);
 }

@@ -3,18 +3,24 @@
 namespace gp_localize {
 namespace {
 
-SupportPosterior posterior(const FieldModel& field, const FieldSurvey& survey) {
+/// @param fields those of one group, by number in it
+SupportPosterior posterior(const std::vector<const FieldModel*>& fields, const Survey& survey) {
   constexpr int kSlice = 50;
-  const int m = static_cast<int>(field.basis.size());
+  const SupportBasis& basis = fields.front()->basis;
+  const int m = static_cast<int>(basis.size());
+  std::vector<std::string> names;
+  for (const FieldModel* field : fields) names.push_back(field->info.name);
+  const FieldSurvey all = merge(survey, names);
   SupportPosterior closed(m);
-  OpenSlice slice(m, kSlice);
+  OpenSlice slice(m, kSlice * static_cast<int>(fields.size()), basis.place_dimensions());
   Evaluation at;
   Features features;
-  for (Eigen::Index i = 0; i < survey.values.size(); ++i) {
-    const Eigen::Vector2d place = survey.places.col(i);
-    field.basis.features(place, features);
-    slice.evaluate(field.basis, closed, place, features.data(), Recent::used, at);
-    slice.append(place, features.data(), at, survey.values[i] - field.mean, field.noise_variance);
+  for (Eigen::Index i = 0; i < all.values.size(); ++i) {
+    const FieldModel& field = *fields[static_cast<int>(all.places(2, i))];
+    const Place place = field.place(all.places.col(i).head<2>());
+    basis.features(place, features);
+    slice.evaluate(basis, closed, place, features.data(), Recent::used, at);
+    slice.append(place, features.data(), at, all.values[i] - field.mean, field.noise_variance);
     if (slice.full()) slice.close(closed, closed);
   }
   slice.close(closed, closed);
@@ -29,8 +35,13 @@ std::vector<SupportPosterior> map_from_survey(const std::string& path,
   for (const FieldModel& field : fields) names.push_back(field.info.name);
   const Survey survey = read_survey(path, names);
   std::vector<SupportPosterior> map;
-  for (const FieldModel& field : fields)
-    map.push_back(posterior(field, survey.at(field.info.name)));
+  for (const int first : first_fields(fields)) {
+    std::vector<const FieldModel*> group(fields[first].basis.fields());
+    for (const FieldModel& field : fields) {
+      if (field.group == fields[first].group) group[field.member] = &field;
+    }
+    map.push_back(posterior(group, survey));
+  }
   return map;
 }
 

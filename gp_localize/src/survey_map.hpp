@@ -9,8 +9,8 @@
 
 namespace gp_localize {
 
-/// The support of each field given the survey in the file `path`: PITC with slices of 50
-/// measurements in the order of the file. O(n m^2).
+/// The support of each group of fields given the survey in the file `path`: PITC with slices of 50
+/// measurements per field of the group in the order of the file. O(n m^2).
 /// @throws DataError naming file, line and column
 std::vector<SupportPosterior> map_from_survey(const std::string& path,
                                               const std::vector<FieldModel>& fields);

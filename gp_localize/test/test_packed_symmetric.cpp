@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <vector>
 
 #include "../src/instruction_sets.hpp"
@@ -78,10 +79,11 @@ TEST_P(PackedSymmetric, CovariancesOfOpenRows) {
       for (const auto type :
            {KernelType::squared_exponential, KernelType::matern32, KernelType::matern52}) {
         const field_core::Kernel kernel(type, 1.3, lengths);
-        double out[8];
-        open_covariances({type, kernel.signal_variance(), dimensions, lengths.data(), n, count, 8,
-                          places.data(), gain.data()},
-                         at.data(), phi.data(), out);
+        double prior[8], out[8];
+        std::fill(prior, prior + 8, kernel.signal_variance());
+        open_covariances(
+            {type, prior, dimensions, lengths.data(), n, count, 8, places.data(), gain.data()},
+            at.data(), phi.data(), out);
         for (int i = 0; i < count; ++i) {
           const double expected = kernel(places.row(i).transpose(), at) - gain.col(i).dot(phi);
           EXPECT_NEAR(out[i], expected, 1e-13);

@@ -10,12 +10,21 @@
 
 namespace gp_localize {
 
-/// One field: prior mean, noise, kernel and support, fixed for the run.
+/// One field: prior mean, noise, kernel and support, fixed for the run. Correlated fields are one
+/// Gaussian process and have the same basis; any other field is a group of its own.
 struct FieldModel {
   field_core::FieldInfo info;
   double mean;            ///< prior mean [field unit]
   double noise_variance;  ///< of one measurement
   SupportBasis basis;
+  int group = 0;   ///< number of the Gaussian process; they are in the order of their first fields
+  int member = 0;  ///< which of the group's fields
+
+  double signal_variance() const { return basis.prior(member, member); }
+  /// The basis' place of this field at `x`, which is without the field's number.
+  Place place(const Place& x) const;
+  /// Likewise many, d x n.
+  Places places(const Eigen::Ref<const Places>& x) const;
 };
 
 /// One field's measurement of a step.
@@ -28,11 +37,16 @@ struct Observation {
 };
 
 /// Builds the models of all fields over one support set, ordered by name.
-/// @throws ParameterError naming the field, for a support set that cannot be used too
+/// @throws ParameterError naming the field, for a support set that cannot be used too, or for a
+///         group whose fields cannot be correlated so, with the remedy
 std::vector<FieldModel> make_field_models(const GpLocalizeParams& params);
 
+/// The first field of every group, by number of the group.
+std::vector<int> first_fields(const std::vector<FieldModel>& fields);
+
 /// For each field, its model under every combination of params.candidates: length scales vary
-/// fastest, then noise, then signal. One support set each, that of the configured model.
+/// fastest, then noise, then signal; those of correlated fields all take the same multiples. One
+/// support set each, that of the configured model.
 std::vector<std::vector<FieldModel>> make_candidates(const GpLocalizeParams& params,
                                                      const std::vector<FieldModel>& fields);
 

@@ -4,7 +4,8 @@
 // Each measurement weighs the particles by eq. (9), the mean over C hypotheses of the robot's past
 // path of the density that the online sparse Gaussian process along that path predicts (eq. 10-13);
 // over several fields densities multiply per path before the mean is taken, since a path is one
-// hypothesis for all fields. The measurement then extends every path's map.
+// hypothesis for all fields; correlated fields (coregionalization.hpp) are weighed by their joint
+// density. The measurement then extends every path's map.
 #pragma once
 
 #include <cstdint>

@@ -44,6 +44,26 @@ using LearningProgress = std::function<void(int start, int starts, double best)>
 LearnedField learn_hyperparameters(const FieldSurvey& survey, const LearningOptions& options,
                                    const LearningProgress& progress = {});
 
+/// Correlated fields, learned together.
+struct LearnedGroup {
+  std::vector<std::string> names;
+  /// As of one field each; kernel, length scales, log likelihood, exact, starts and agreeing are
+  /// the group's.
+  std::vector<LearnedField> fields;
+  Eigen::MatrixXd correlation, correlation_error;  ///< q x q; errors may be NaN, as those of fields
+};
+
+/// The same for a group of correlated fields, `names` of the survey, under the intrinsic
+/// coregionalization model: common kernel and length scales, correlations between the fields, and
+/// mean, signal and noise of each. n counts the measurements of all. PITC has q times as many
+/// support values.
+/// @throws DataError likewise, naming the field
+LearnedGroup learn_group(const Survey& survey, const std::vector<std::string>& names,
+                         const LearningOptions& options, const LearningProgress& progress = {});
+
+/// The group as an entry of `coregionalization:` in a configuration.
+std::string to_yaml(const std::string& name, const LearnedGroup& group);
+
 /// The field as an entry of `fields:` in a configuration, with what is known of it as comments.
 std::string to_yaml(const std::string& name, const std::string& unit, const LearnedField& field);
 

@@ -51,6 +51,11 @@ struct Innovation {
   std::vector<double> variance;  ///< with the likelihood's noise
 };
 
+/// How much a field varies over the area, and one measurement of it at the same place.
+struct FieldVariances {
+  double signal, noise;
+};
+
 class MapModel {
  public:
   virtual ~MapModel() = default;
@@ -67,14 +72,17 @@ class MapModel {
   virtual void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations,
                      std::vector<double>& log_likelihood, Innovation& innovation) = 0;
-  /// Learns from the observations just weighed how far the fields have drifted from a known map.
-  virtual void track_offsets(const std::vector<Observation>&) {}
+  /// The observations just weighed were used: learns from them what is not the map (drift of the
+  /// fields, factors of their variances).
+  virtual void accept(const std::vector<Observation>&) {}
   /// Adds the observations just weighed. `particles` carry their new weights, not resampled yet.
   virtual void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations, field_core::Random& random) = 0;
   /// Particle i is now a copy of what ancestors[i] was; not decreasing, and their number is the
   /// number of particles from now on.
   virtual void resampled(const std::vector<int>& ancestors) = 0;
+  /// Of field f, as the particles believe.
+  virtual FieldVariances variances(int field, const ParticleSet& particles) const = 0;
   /// Mean and variance (noise not included) of field f, minus its prior mean, at points (2 x n).
   virtual void predict(int field, const Eigen::Matrix2Xd& points, const ParticleSet& particles,
                        Eigen::VectorXd& mean, Eigen::VectorXd& variance) const = 0;

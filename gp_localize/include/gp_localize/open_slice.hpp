@@ -40,17 +40,25 @@ struct Evaluation {
   std::vector<double> covariances;  ///< q = F^-1 Sigma~_{D'x}
   std::vector<double> gain;         ///< A phi
   std::vector<double> features;     ///< phi, where it had to be gathered
+  int rows = 0;                     ///< measurements of the open slice that this accounts for
 };
 
 /// The measurements since the last slice was closed, conditioned on the closed ones.
 class OpenSlice {
  public:
-  /// @param dimensions coordinates of a place
+  /// @param dimensions coordinates of a place, of a group with the field's number
   OpenSlice(int support_size, int slice_size, int dimensions = 2);
 
   /// Eq. (12)-(13), or (10)-(11), at `point` with features `phi` (m numbers). O(m^2 + open m).
   void evaluate(const SupportBasis& basis, const SupportPosterior& closed, const Place& point,
                 const double* phi, Recent recent, Evaluation& at) const;
+  /// Brings what evaluate() found at `point` up to date with measurements appended since; the
+  /// means and variances without the open slice stay. O(new (m + open)).
+  void update(const SupportBasis& basis, const Place& point, const double* phi,
+              Evaluation& at) const;
+  /// Covariance of two fields of a group at one place, both evaluated there. O(m + open).
+  double covariance(double prior, const double* phi_a, const Evaluation& a, const double* phi_b,
+                    const Evaluation& b, Recent recent) const;
   /// Adds a measurement where `at` was evaluated; `value` is z minus the prior mean. O(m).
   void append(const Place& point, const double* phi, const Evaluation& at, double value,
               double noise_variance);
@@ -78,8 +86,14 @@ class OpenSlice {
   static std::size_t number_count(int support_size, int slice_size, int dimensions = 2);
 
  private:
+  /// q, recent_mean and recent_variance from row at.rows on, whose covariances are in at already.
+  void condition(Evaluation& at) const;
+
   static constexpr int kHead = 3;  // whitened value, value, noise variance
   int padded() const { return (slice_size_ + 3) / 4 * 4; }
+  int field_of(const SupportBasis& basis, int i) const {
+    return basis.fields() > 1 ? static_cast<int>(coordinates(basis.dimensions())[i]) : 0;
+  }
   const double* coordinates(int axis) const { return numbers_.data() + axis * padded(); }
   const double* head(int i) const { return coordinates(dimensions_) + kHead * i; }
   const double* factor(int i) const { return head(slice_size_) + slice_size_ * i; }

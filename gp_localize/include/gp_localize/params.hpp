@@ -44,6 +44,23 @@ struct FieldParams {
   }
 };
 
+/// Fields that are correlated (coregionalization.hpp).
+struct CoregionalizationParams {
+  std::vector<std::string> fields;
+  std::vector<double> correlations;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.required("fields").texts(
+        "fields", fields,
+        "the group's fields; they must have one kernel and the same length_scales");
+    v.required("correlations")
+        .numbers("correlations", correlations, {1, 66}, {-1.0, 1.0}, "1",
+                 "between them: the upper triangle of the matrix row by row, 1-2, 1-3, .. 2-3, ..");
+  }
+  int size() const { return static_cast<int>(fields.size()); }
+};
+
 enum class MapHypotheses { sample_paths, particle };
 enum class ObservationModelType {
   online_pitc,
@@ -190,6 +207,7 @@ struct HealthParams {
 
 struct GpLocalizeParams : field_core::MotionParams {
   std::map<std::string, FieldParams> fields;
+  std::map<std::string, CoregionalizationParams> coregionalization;
   Mode mode = Mode::mapping;
   std::string survey;
   int particles = 400;
@@ -208,6 +226,7 @@ struct GpLocalizeParams : field_core::MotionParams {
   Precision precision = Precision::single_precision;
   double interpolation_tolerance = 1e-2;
   CandidateParams candidates;
+  double variance_dof = 0.0;
   FieldOffsetParams field_offset;
   SupportParams support;
   CalibrationParams odom_calibration;
@@ -215,6 +234,9 @@ struct GpLocalizeParams : field_core::MotionParams {
   template <class Visitor>
   void visit(Visitor& v) {
     v.required("fields").dictionary("fields", fields, "the fields to localize by, by name");
+    v.dictionary("coregionalization", coregionalization,
+                 "groups of correlated fields, by any name: what one of them measures teaches the "
+                 "others (learn_hyperparameters --coregionalize); without: all independent");
     v.choice("mode", mode,
              {{"mapping", Mode::mapping},
               {"localization", Mode::localization},
@@ -271,6 +293,10 @@ struct GpLocalizeParams : field_core::MotionParams {
     v.group("candidates", candidates,
             "hyperparameters learned during the run: each particle tries one combination of these "
             "multiples per field (map_hypotheses: particle, mode: mapping)");
+    v.number("variance_dof", variance_dof, {0.0, 1e6}, "1",
+             "signal_stddev and noise_stddev of each field are right up to a common factor, which is "
+             "learned: the configured values count as much as this many measurements; 0: they are "
+             "right (map_hypotheses: particle)");
     v.group("field_offset", field_offset,
             "drift of the fields against their known maps, estimated (mode: localization)");
     v.group("support", support, "support points of the sparse Gaussian process");
@@ -279,6 +305,8 @@ struct GpLocalizeParams : field_core::MotionParams {
     visit_start_and_updates(v);
   }
   void validate() const;
+  /// Rules of the groups; part of validate().
+  void validate_coregionalization() const;
   bool known_map() const { return mode != Mode::mapping; }
 };
 

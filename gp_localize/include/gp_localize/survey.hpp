@@ -16,10 +16,17 @@ namespace gp_localize {
 struct FieldSurvey {
   field_core::Places places;
   Eigen::VectorXd values;
+  /// The order among the measurements of all fields; empty: not known.
+  std::vector<int> order = {};
 };
 
 /// By name of the field.
 using Survey = std::map<std::string, FieldSurvey>;
+
+/// The measurements of several fields, as those of one group of correlated fields: the number of
+/// the field in `names` is the last coordinate of a place; one after the other, or in their common
+/// order where it is known.
+FieldSurvey merge(const Survey& survey, const std::vector<std::string>& names);
 
 /// Collects measurements one by one.
 class SurveyBuilder {
@@ -29,6 +36,8 @@ class SurveyBuilder {
 
  private:
   std::map<std::string, std::vector<Eigen::Vector3d>> rows_;  // x, y, value
+  std::map<std::string, std::vector<int>> order_;
+  int count_ = 0;
 };
 
 /// A CSV file with columns x_m, y_m and one per field; empty cells: not measured there.

@@ -1,0 +1,351 @@
+// Correlated fields in the whole estimator: what they teach each other, runs in a world whose
+// fields are correlated, and what the configuration refuses.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "correlated_reference.hpp"
+#include "field_core/errors.hpp"
+#include "gp_localize/gp_localize.hpp"
+#include "gp_localize/survey.hpp"
+
+using namespace gp_localize;
+using field_core::SE2;
+using std::chrono::seconds;
+
+namespace {
+
+constexpr double kLength = 1.5, kNoise = 0.2, kCorrelation = 0.8;
+
+GpLocalizeParams params(double correlation = kCorrelation) {
+  GpLocalizeParams p;
+  FieldParams f;
+  f.noise_stddev = kNoise;
+  f.length_scales = {kLength, kLength};
+  f.mean = 5.0;
+  f.signal_stddev = 2.0;
+  p.fields["a"] = f;
+  f.mean = -3.0;
+  f.signal_stddev = 1.0;
+  p.fields["b"] = f;
+  p.coregionalization["room"] = {{"a", "b"}, {correlation}};
+  p.particles = 200;
+  p.sample_paths = 100;
+  p.slice_size = 8;
+  p.likelihood_noise_scale = 1.0;  // the model is true here
+  p.support.region = {-4.0, -2.0, 4.0, 6.0};
+  p.support.size = 64;
+  p.initial_cov_xx = p.initial_cov_yy = 0.01;
+  p.initial_cov_aa = 0.001;
+  p.odometry_noise = {0.01, 0.002, 0.02, 0.005};
+  return p;
+}
+
+/// Two draws of one process by random Fourier features, mixed to be correlated.
+class World {
+ public:
+  explicit World(int seed) : random_(seed) {
+    for (int i = 0; i < kWaves; ++i) {
+      for (int f : {0, 1}) {
+        waves_[f].row(i) << random_.normal() / kLength, random_.normal() / kLength;
+        phases_[f][i] = random_.uniform(0.0, 2.0 * M_PI);
+      }
+    }
+  }
+  double a(const Eigen::Vector2d& p) const { return 5.0 + 2.0 * draw(0, p); }
+  double b(const Eigen::Vector2d& p) const {
+    const double rest = std::sqrt(1.0 - kCorrelation * kCorrelation);
+    return -3.0 + kCorrelation * draw(0, p) + rest * draw(1, p);
+  }
+  /// Drives a circle; now and then a field, or both, are not read. The mean error.
+  double run(GpLocalize& filter, int steps) {
+    const field_core::OdometryMotionModel motion({0.01, 0.002, 0.02, 0.005});
+    double error = 0.0;
+    for (int t = 0; t < steps; ++t, ++time_) {
+      const SE2 delta(0.3, 0.0, 0.15);
+      truth_ = motion.sample(truth_, field_core::OdometryMotion::from(delta), random_);
+      filter.predict({seconds(time_), seconds(time_ + 1), delta});
+      const Eigen::Vector2d at = truth_.translation();
+      field_core::Sample sample{seconds(time_ + 1), {}, {}};
+      if (time_ % 4 != 1) sample.readings.push_back({1, b(at) + kNoise * random_.normal(), 0.0});
+      if (time_ % 3 != 1) sample.readings.push_back({0, a(at) + kNoise * random_.normal(), 0.0});
+      if (!sample.readings.empty()) {
+        EXPECT_TRUE(filter.update(sample).applied);
+      }
+      error += (filter.belief().mean.translation() - at).norm() / steps;
+    }
+    return error;
+  }
+  void write_survey(const std::string& file) {
+    std::ofstream csv(file);
+    csv << "x_m,y_m,a,b\n";
+    for (int i = 0; i < 17 * 17; ++i) {
+      const Eigen::Vector2d at(-4.0 + 0.5 * (i % 17), -2.0 + 0.5 * (i / 17));
+      csv << at.x() << "," << at.y() << ",";
+      if (i % 3 != 0) csv << a(at) + kNoise * random_.normal();
+      csv << "," << b(at) + kNoise * random_.normal() << "\n";
+    }
+  }
+
+ private:
+  double draw(int f, const Eigen::Vector2d& p) const {
+    return std::sqrt(2.0 / kWaves) * (waves_[f] * p + phases_[f]).array().cos().sum();
+  }
+  static constexpr int kWaves = 200;
+  field_core::Random random_;
+  Eigen::Matrix<double, kWaves, 2> waves_[2];
+  Eigen::Matrix<double, kWaves, 1> phases_[2];
+  SE2 truth_;
+  int time_ = 0;
+};
+
+class BothMaps : public ::testing::TestWithParam<MapHypotheses> {};
+INSTANTIATE_TEST_SUITE_P(Maps, BothMaps,
+                         ::testing::Values(MapHypotheses::sample_paths, MapHypotheses::particle));
+
+/// Where nothing but the arithmetic differs: small steps, so that no draw falls on another side.
+TEST_P(BothMaps, WithoutCorrelationTheyAreIndependent) {
+  GpLocalizeParams p = params(0.0);
+  p.map_hypotheses = GetParam();
+  p.particles = p.sample_paths = 40;
+  p.precision = Precision::double_precision;
+  p.interpolation_tolerance = 0.0;
+  GpLocalize group(p, 3);
+  p.coregionalization.clear();
+  GpLocalize alone(p, 3);
+  World one(4), other(4);
+  EXPECT_NEAR(one.run(group, 20), other.run(alone, 20), 1e-6);
+  Eigen::Matrix2Xd query = Eigen::Matrix2Xd::Random(2, 5) * 3.0;
+  const auto a = group.predict_field(query), b = alone.predict_field(query);
+  EXPECT_LT((a.mean - b.mean).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((a.variance - b.variance).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((a.prior_variance - b.prior_variance).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// An exact path, one slice: the group is the dense Gaussian process over places and fields.
+TEST_P(BothMaps, OneFieldTeachesTheOther) {
+  GpLocalizeParams p = params(0.999);
+  p.map_hypotheses = GetParam();
+  p.slice_size = 30;
+  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
+  p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
+  p.particles = p.sample_paths = 8;
+  p.precision = Precision::double_precision;
+  GpLocalize filter(p, 1);
+  test::CorrelatedFields dense;
+  dense.b.resize(2, 2);
+  dense.b << 4.0, 2.0 * 0.999, 2.0 * 0.999, 1.0;
+  dense.lengths << kLength, kLength;
+  dense.support = Eigen::Vector2d(0.0, 0.0);  // plays no part in one block
+  std::vector<test::Read> reads;
+  const World world(2);
+  SE2 pose;
+  for (int t = 0; t < 25; ++t) {
+    const SE2 delta(0.3, 0.0, 0.15);
+    pose = pose * delta;
+    filter.predict({seconds(t), seconds(t + 1), delta});
+    const double value = world.a(pose.translation());
+    ASSERT_TRUE(filter.update({seconds(t + 1), {}, {{0, value, 0.0}}}).applied);
+    reads.push_back({pose.translation(), 0, value - 5.0, kNoise * kNoise, 0});
+  }
+  const Eigen::Vector2d query = pose.translation() + Eigen::Vector2d(0.1, 0.2);
+  const auto predicted = filter.predict_field(query);
+  const auto expected = dense.regress(reads, query, {0, 1}, 0);
+  for (int f : {0, 1}) {
+    EXPECT_NEAR(expected.mean[f] + (f == 0 ? 5.0 : -3.0), predicted.mean(f, 0), 1e-6);
+    EXPECT_NEAR(expected.covariance(f, f) + kNoise * kNoise, predicted.variance(f, 0), 1e-6);
+  }
+  EXPECT_LT(predicted.variance(1, 0) - kNoise * kNoise, 0.05);  // b was never read; 1 before
+  EXPECT_NEAR(predicted.mean(1, 0) + 3.0, 0.5 * (predicted.mean(0, 0) - 5.0), 0.02);
+  // Both at once, where b contradicts a: innovations of their joint density.
+  filter.predict({seconds(25), seconds(26), SE2(0.3, 0.0, 0.15)});
+  const Eigen::Vector2d at = (pose * SE2(0.3, 0.0, 0.15)).translation();
+  const auto result = filter.update({seconds(26), {}, {{1, -2.5, 0.0}, {0, 5.5, 0.0}}});
+  auto joint = dense.regress(reads, at, {0, 1}, 0);
+  joint.covariance.diagonal().array() += kNoise * kNoise;
+  const Eigen::Vector2d error = Eigen::Vector2d(0.5, 0.5) - joint.mean;
+  EXPECT_NEAR(error.dot(joint.covariance.ldlt().solve(error)), result.nis, 1e-5);
+  EXPECT_EQ(2, result.nis_dof);
+}
+
+TEST_P(BothMaps, ARunEndsNearTheTruth) {
+  GpLocalizeParams p = params();
+  p.map_hypotheses = GetParam();
+  World world(6);
+  GpLocalize filter(p, 1);
+  EXPECT_LT(world.run(filter, 60), 0.5);
+  GpLocalize restored(p, 2);
+  restored.restore(filter.state());
+  World same = world;
+  EXPECT_EQ(world.run(filter, 10), same.run(restored, 10));
+  const Eigen::Vector2d query(1.0, 1.0);
+  EXPECT_EQ(filter.predict_field(query).mean, restored.predict_field(query).mean);
+}
+
+/// PITC of the survey in slices of 50 readings of each field, by dense matrices.
+test::JointMoments survey_regression(const GpLocalizeParams& p, const Eigen::Vector2d& query) {
+  const FieldSurvey all = merge(read_survey(p.survey, {}), {"a", "b"});
+  test::CorrelatedFields dense;
+  dense.b.resize(2, 2);
+  dense.b << 4.0, 2.0 * kCorrelation, 2.0 * kCorrelation, 1.0;
+  dense.lengths << kLength, kLength;
+  dense.support = make_field_models(p)[0].basis.support();
+  dense.jitter = p.support.jitter;
+  std::vector<test::Read> reads;
+  for (Eigen::Index i = 0; i < all.values.size(); ++i) {
+    const int f = static_cast<int>(all.places(2, i));
+    reads.push_back({all.places.col(i).head<2>(), f, all.values[i] - (f == 0 ? 5.0 : -3.0),
+                     kNoise * kNoise, static_cast<int>(i) / 100});
+  }
+  return dense.regress(reads, query, {0}, -1);
+}
+
+TEST(CorrelatedFields, AKnownMapIsThatOfTheSurveyOfBoth) {
+  std::string name = (std::filesystem::temp_directory_path() / "correlated.XXXXXX").string();
+  const std::string folder = ::mkdtemp(name.data());
+  GpLocalizeParams p = params();
+  p.survey = folder + "/survey.csv";
+  for (const Mode mode : {Mode::localization, Mode::lifelong}) {
+    World world(8);
+    world.write_survey(p.survey);
+    p.mode = mode;
+    p.support.budget = mode == Mode::lifelong ? 20 : 0;  // grown where the robot leaves it
+    p.field_offset.stddev = mode == Mode::localization ? 0.1 : 0.0;
+    GpLocalize filter(p, 1);
+    const Eigen::Vector2d query(-4.0, -2.0);  // of row 0, where a was not measured
+    const auto predicted = filter.predict_field(query);
+    EXPECT_NEAR(world.a(query), predicted.mean(0, 0), 3.0 * std::sqrt(predicted.variance(0, 0)));
+    const auto expected = survey_regression(p, query);
+    EXPECT_NEAR(expected.mean[0] + 5.0, predicted.mean(0, 0), 1e-5);
+    EXPECT_NEAR(expected.covariance(0, 0) + kNoise * kNoise, predicted.variance(0, 0), 1e-6);
+    GpLocalizeParams independent = p;
+    independent.coregionalization.clear();
+    EXPECT_LT(predicted.variance(0, 0),
+              GpLocalize(independent, 1).predict_field(query).variance(0, 0));
+    EXPECT_LT(world.run(filter, 40), 0.3);
+  }
+  std::filesystem::remove_all(folder);
+}
+
+/// Candidates multiply all fields of a group: with an exact path and one slice the weights are the
+/// dense joint likelihood.
+TEST(CorrelatedFields, CandidatesAreWeighedByTheJointLikelihood) {
+  GpLocalizeParams p = params();
+  p.candidates.signal = {1.0, 1.5};
+  p.candidates.noise = {0.7, 1.0};
+  p.candidates.length_scales = {0.8, 1.0};
+  p.particles = 8;
+  p.slice_size = 12;
+  p.resample_threshold = 0.0;
+  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
+  p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
+  GpLocalize filter(p, 1);
+  const World world(3);
+  std::vector<test::Read> reads;
+  SE2 pose;
+  for (int t = 0; t < 10; ++t) {
+    const SE2 delta(0.3, 0.0, 0.15);
+    pose = pose * delta;
+    filter.predict({seconds(t), seconds(t + 1), delta});
+    const Eigen::Vector2d at = pose.translation();
+    ASSERT_TRUE(filter.update({seconds(t + 1), {}, {{0, world.a(at), 0.0}, {1, world.b(at), 0.0}}})
+                    .applied);
+    reads.push_back({at, 0, world.a(at) - 5.0, 0.0, 0});
+    reads.push_back({at, 1, world.b(at) + 3.0, 0.0, 0});
+  }
+  const auto n = static_cast<Eigen::Index>(reads.size());
+  Eigen::VectorXd expected(8), z(n);
+  for (int c = 0; c < 8; ++c) {
+    const double signal = p.candidates.signal[c / 4], noise = p.candidates.noise[c / 2 % 2];
+    test::CorrelatedFields dense;
+    dense.b.resize(2, 2);
+    dense.b << 4.0, 2.0 * kCorrelation, 2.0 * kCorrelation, 1.0;
+    dense.b *= signal * signal;
+    dense.lengths.setConstant(p.candidates.length_scales[c % 2] * kLength);
+    test::JointMoments moments{Eigen::VectorXd::Zero(n), Eigen::MatrixXd(n, n)};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      z[i] = reads[i].value;
+      for (Eigen::Index j = 0; j < n; ++j) {
+        moments.covariance(i, j) = dense.k(reads[i].x, reads[i].field, reads[j].x, reads[j].field);
+      }
+    }
+    expected[c] =
+        test::log_density(moments, z, Eigen::VectorXd::Constant(n, std::pow(noise * kNoise, 2)));
+  }
+  expected = (expected.array() - expected.maxCoeff()).exp();
+  expected /= expected.sum();
+  const auto posteriors = filter.hyperparameters();
+  ASSERT_EQ(2u, posteriors.size());
+  for (const auto& posterior : posteriors) {
+    EXPECT_LT((posterior.probability - expected).cwiseAbs().maxCoeff(), 1e-7);
+  }
+  EXPECT_NEAR(1.5, posteriors[1].values(3, 7), 1e-12);  // signal_stddev of b: 1 times 1.5
+}
+
+class Refused : public ::testing::Test {
+ protected:
+  void expect(const std::vector<std::string>& parts) const {
+    try {
+      p.validate();
+      FAIL() << "not refused; expected: " << parts.front();
+    } catch (const field_core::ParameterError& error) {
+      for (const std::string& part : parts) {
+        EXPECT_NE(std::string::npos, std::string(error.what()).find(part)) << error.what();
+      }
+    }
+  }
+  CoregionalizationParams& room() { return p.coregionalization.at("room"); }
+  GpLocalizeParams p = params();
+};
+
+TEST_F(Refused, NotUnlessSomethingIsWrong) { EXPECT_NO_THROW(p.validate()); }
+TEST_F(Refused, AFieldThatIsNotThere) {
+  room().fields[1] = "c";
+  expect({"coregionalization/room/fields", "'c'", "add it"});
+}
+TEST_F(Refused, AFieldTwice) {
+  p.coregionalization["house"] = {{"b", "a"}, {0.1}};
+  expect({"coregionalization/room/fields", "'a'", "one group only"});
+}
+TEST_F(Refused, AGroupOfOne) {
+  room() = {{"a"}, {}};
+  expect({"coregionalization/room/fields", "two or more"});
+}
+TEST_F(Refused, TheWrongNumberOfCorrelations) {
+  room().correlations.push_back(0.1);
+  expect({"coregionalization/room/correlations", "2 fields need 1"});
+}
+TEST_F(Refused, CorrelationsThatContradictEachOther) {
+  p.fields["c"] = p.fields["b"];
+  room() = {{"a", "b", "c"}, {0.9, 0.9, -0.9}};
+  expect({"coregionalization/room/correlations", "'c'", "closer to 0", "--coregionalize"});
+  room() = {{"a", "b", "c"}, {1.0, 0.0, 0.0}};
+  expect({"coregionalization/room/correlations", "'b'"});
+}
+TEST_F(Refused, OtherLengthScalesOrKernels) {
+  p.fields["b"].length_scales[1] = 1.6;
+  expect({"coregionalization/room/fields", "'b'", "'a'", "--coregionalize"});
+  p = params();
+  p.fields["b"].kernel = field_core::KernelType::matern32;
+  expect({"coregionalization/room/fields", "'b'", "make them the same"});
+}
+TEST_F(Refused, WhatIsNotOffered) {
+  p.outlier_share = 0.1;
+  expect({"outlier_share", "coregionalization"});
+  p = params();
+  p.support.noisy = true;
+  expect({"support/noisy", "coregionalization"});
+  p = params();
+  p.map_hypotheses = MapHypotheses::sample_paths;
+  p.observation_model = ObservationModelType::full_gp;
+  expect({"observation_model", "online_pitc_assimilated"});
+  p = params();
+  p.support.size = 201;
+  expect({"support/size", "at most 200"});
+}
+
+}  // namespace
