@@ -34,7 +34,7 @@ def variants(bag, node, output):
     output.mkdir(parents=True, exist_ok=True)
     yield "gp_localize, a map per particle", run, run.config, output / "particle_maps"
     yield ("gp_localize, the paper's paths", run,
-           run.variant(output, map_hypotheses="sample_paths"), output / "sample_paths")
+           run.variant(output, "sample_paths", map_hypotheses="sample_paths"), output / "sample_paths")
 
 
 def replay(bag, field, nodes, output):

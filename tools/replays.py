@@ -30,10 +30,10 @@ class Run:
         values = yaml.safe_load(config.read_text()) if config else {"fields": {}}
         self.fields = values.get("fields") or values.get("channels")
 
-    def variant(self, directory, **changes):
-        """The shipped configuration with some values changed; the file is written to directory."""
+    def variant(self, directory, name, **changes):
+        """The shipped configuration with some values changed; `name`.yaml is written to directory."""
         values = {**yaml.safe_load(self.config.read_text()), **changes}
-        file = directory / ("_".join(str(v) for v in changes.values()) + ".yaml")
+        file = directory / f"{name}.yaml"
         file.write_text(f"# {self.config.name} with {changes}\n" + yaml.safe_dump(values))
         return file
 
