@@ -31,13 +31,13 @@ COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_n
 LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0]}, "variance_dof": 16}
 PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 METHODS = {
+    "the paper (eq. 12-13)": PAPER,
+    "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "a map per particle": LEARNED,
     "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.2}},
     "a map per particle, fixed hyperparameters": {},
     "a map per particle, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
     "fields correlated, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
-    "the paper (eq. 12-13)": PAPER,
-    "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
     "SoD-Even": {**PAPER, "observation_model": "sod_even", "subset_size": 40},
 }
@@ -150,10 +150,16 @@ class Experiment:
             values["survey"] = str(self.survey)
         return values
 
+    def folder_of(self, names, method, start, seed):
+        label = "_".join([("all" if len(names) > 1 else names[0]), method, start, str(seed)])
+        return self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+
+    def is_done(self, *job):
+        return (self.folder_of(*job) / "result.json").exists()
+
     def errors(self, names, method, start, seed):
         """field_eval's numbers of one replay; kept in a file."""
-        label = "_".join([("all" if len(names) > 1 else names[0]), method, start, str(seed)])
-        directory = self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+        directory = self.folder_of(names, method, start, seed)
         result = directory / "result.json"
         if not result.exists():
             directory.mkdir(exist_ok=True)
@@ -225,13 +231,13 @@ def odometry_rows(experiment, result):
 
 
 def measure(experiment, seeds, pool, wanted, samples):
-    """Rows of the page. Seeds go on side by side."""
+    """Rows of the page. Seeds go on side by side; `wanted` says which replays."""
     rows, reference = [], {}
     for names, method, start in experiment.rows():
-        if not wanted(names, method, start):
+        jobs = [(names, method, start, seed) for seed in range(1, seeds + 1)]
+        results = list(pool.map(lambda job: experiment.errors(*job), filter(lambda job: wanted(*job), jobs)))
+        if not results:
             continue
-        jobs = [pool.submit(experiment.errors, names, method, start, seed) for seed in range(1, seeds + 1)]
-        results = [job.result() for job in jobs]
         if not rows:
             rows += odometry_rows(experiment, results[0])
         means = [r["estimate"]["position_error_mean_m"] for r in results]
@@ -285,15 +291,17 @@ def main():
     parser.add_argument("--methods", nargs="+", help="only these methods", default=[*METHODS, *KNOWN_MAP, *OTHER_MAP])
     parser.add_argument("--starts", nargs="+", help="only these starts", default=list(STARTS))
     parser.add_argument("--multiple", action="store_true", help="only all fields together")
+    parser.add_argument("--done", action="store_true", help="the page from the replays that are kept; no new ones")
     parser.add_argument("--times", type=int, default=3, help="seeds of the time-per-step figure; 0: no figure")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     for name in ("--data", "--output", "--page"):
         parser.add_argument(name, type=pathlib.Path, required=True)
     arguments = parser.parse_args()
 
-    def wanted(names, method, start):
+    def wanted(names, method, start, seed):
         first = names == experiment.field_sets[0]
-        return method in arguments.methods and start in arguments.starts and (first or not arguments.multiple)
+        chosen = method in arguments.methods and start in arguments.starts and (first or not arguments.multiple)
+        return chosen and (not arguments.done or experiment.is_done(names, method, start, seed))
 
     rows, samples = [], {}
     with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.workers) as pool:
