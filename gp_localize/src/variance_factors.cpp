@@ -33,7 +33,8 @@ double VarianceFactors::density(std::size_t particle, int group, double error, d
   double& b = next_scale_[particle * shape_.size() + group];
   const double a = shape_[group] + 0.5 * exponent_ * (readings_[group] - 1);
   const double after = b + 0.5 * exponent_ * error * error / variance;
-  const double log_density = -0.5 * std::log(variance * after) - a / exponent_ * std::log(after / b);
+  const double log_density =
+      -0.5 * std::log(variance * after) - a / exponent_ * std::log(after / b);
   variance *= b / a;
   b = after;
   return log_density;

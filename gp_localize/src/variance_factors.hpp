@@ -44,8 +44,8 @@ class VarianceFactors {
   void restore(const field_core::State& state, const std::vector<int>& ancestors);
 
  private:
-  double prior_;     // dof / 2; 0: inactive
-  double exponent_;  // e
+  double prior_;                            // dof / 2; 0: inactive
+  double exponent_;                         // e
   std::vector<double> shape_, next_shape_;  // a, one per group
   std::vector<int> readings_;               // of this step, one per group
   std::vector<double> scale_, next_scale_;  // b [particle * groups + group]; next_: of this step

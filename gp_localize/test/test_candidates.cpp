@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "exact_drive.hpp"
 #include "field_core/errors.hpp"
-#include "gp_localize/gp_localize.hpp"
 #include "gp_localize/marginal_likelihood.hpp"
 
 using namespace gp_localize;
@@ -15,29 +15,13 @@ using std::chrono::seconds;
 
 namespace {
 
-constexpr int kSlice = 6;
-
-/// Exact odometry, one particle per combination of candidates.
+/// One particle per combination of candidates.
 GpLocalizeParams params() {
-  GpLocalizeParams p;
-  FieldParams f;
-  f.mean = 3.0;
-  f.signal_stddev = 1.0;
-  f.noise_stddev = 0.2;
-  f.length_scales = {1.5, 2.0};
-  p.fields = {{"light", f}};
+  GpLocalizeParams p = exact_params();
   p.candidates.length_scales = {0.6, 1.0, 1.6};
   p.candidates.noise = {0.5, 1.0};
   p.candidates.signal = {1.0, 2.0};
   p.particles = static_cast<int>(p.candidates.count());
-  p.slice_size = kSlice;
-  p.likelihood_noise_scale = 1.0;
-  p.resample_threshold = 0.0;
-  p.support.region = {-3.0, -1.0, 3.0, 5.0};
-  p.support.size = 25;
-  p.support.jitter = 1e-6;
-  p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
-  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
   return p;
 }
 
@@ -45,14 +29,14 @@ double light_at(const SE2& pose) {
   return 3.0 + 1.3 * std::sin(1.1 * pose.x()) * std::cos(0.7 * pose.y());
 }
 
-/// Drives a widening circle; what was measured, where.
+/// Drives; what was measured, where.
 FieldSurvey drive(GpLocalize& filter, int from, int to) {
   FieldSurvey survey;
   survey.places.resize(2, to - from);
   survey.values.resize(to - from);
   SE2 pose;
   for (int t = 0; t < to; ++t) {
-    const SE2 delta(0.25 + 0.002 * t, 0.0, 0.15);
+    const SE2 delta = exact_motion(t);
     pose = pose * delta;
     if (t < from) continue;
     const double value = light_at(pose) + 0.1 * std::sin(17.0 * t);

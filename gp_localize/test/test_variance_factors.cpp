@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "exact_drive.hpp"
 #include "field_core/errors.hpp"
-#include "gp_localize/gp_localize.hpp"
 
 using namespace gp_localize;
 using field_core::SE2;
@@ -14,29 +14,22 @@ using std::chrono::seconds;
 
 namespace {
 
-constexpr int kSlice = 6;
 constexpr double kDof = 5.0;
 
-/// Exact odometry, one particle per length scale.
+/// One particle per length scale.
 GpLocalizeParams params() {
-  GpLocalizeParams p;
-  FieldParams f;
-  f.mean = 3.0;
-  f.signal_stddev = 1.0;
-  f.noise_stddev = 0.2;
-  f.length_scales = {1.5, 2.0};
-  p.fields = {{"light", f}};
+  GpLocalizeParams p = exact_params();
   p.candidates.length_scales = {0.6, 1.0, 1.6};
   p.particles = 3;
-  p.slice_size = kSlice;
-  p.likelihood_noise_scale = 1.0;
-  p.resample_threshold = 0.0;
-  p.support.region = {-3.0, -1.0, 3.0, 5.0};
-  p.support.size = 25;
-  p.support.jitter = 1e-6;
-  p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
-  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
   p.variance_dof = kDof;
+  return p;
+}
+
+/// One particle with the configured length scale.
+GpLocalizeParams one_particle() {
+  GpLocalizeParams p = params();
+  p.candidates = CandidateParams{};
+  p.particles = 1;
   return p;
 }
 
@@ -44,35 +37,39 @@ double light_at(const SE2& pose, double amplitude) {
   return 3.0 + amplitude * std::sin(1.1 * pose.x()) * std::cos(0.7 * pose.y());
 }
 
-/// Drives a widening circle. Sum over the steps of log N(z; mean, variance) before each update.
-double drive(GpLocalize& filter, int from, int to, double amplitude = 0.6) {
-  double log_density = 0.0;
+struct Errors {
+  double log_density = 0.0, nis = 0.0;  // sums over the steps
+};
+
+/// Drives and measures; log N(z; mean, variance) of the measurements before each update.
+Errors drive(GpLocalize& filter, int from, int to, double amplitude = 0.6) {
+  Errors sum;
   SE2 pose;
   for (int t = 0; t < to; ++t) {
-    const SE2 delta(0.25 + 0.002 * t, 0.0, 0.15);
+    const SE2 delta = exact_motion(t);
     pose = pose * delta;
     if (t < from) continue;
     const double value = light_at(pose, amplitude) + 0.05 * std::sin(17.0 * t);
     const auto before = filter.predict_field(pose.translation());
     const double error = value - before.mean(0, 0);
-    log_density -= 0.5 * (std::log(2.0 * M_PI * before.variance(0, 0)) +
-                          error * error / before.variance(0, 0));
+    sum.log_density -= 0.5 * (std::log(2.0 * M_PI * before.variance(0, 0)) +
+                              error * error / before.variance(0, 0));
     filter.predict({seconds(t), seconds(t + 1), delta});
-    EXPECT_TRUE(filter.update({seconds(t + 1), {}, {{0, value, 0.0}}}).applied);
+    const auto result = filter.update({seconds(t + 1), {}, {{0, value, 0.0}}});
+    EXPECT_TRUE(result.applied);
+    sum.nis += result.nis;
   }
-  return log_density;
+  return sum;
 }
 
 /// One configured model whose variances are multiplied by `factor`.
 GpLocalizeParams scaled(double length_scale, double factor) {
-  GpLocalizeParams p = params();
+  GpLocalizeParams p = one_particle();
   FieldParams& f = p.fields.at("light");
   f.signal_stddev *= std::sqrt(factor);
   f.noise_stddev *= std::sqrt(factor);
   for (double& l : f.length_scales) l *= length_scale;
-  p.candidates = CandidateParams{};
   p.variance_dof = 0.0;
-  p.particles = 1;
   return p;
 }
 
@@ -93,7 +90,8 @@ Integrals integrate(double length_scale, int steps, double exponent) {
   for (double u = -5.0; u <= 3.0; u += kStep) {
     const double factor = std::exp(u);
     GpLocalize single(scaled(length_scale, factor), 1);
-    const double log_weight = exponent * drive(single, 0, steps) + log_prior(factor) + u;
+    const double log_weight =
+        exponent * drive(single, 0, steps).log_density + log_prior(factor) + u;
     sum.evidence += kStep * std::exp(log_weight);
     sum.inverse_factor += kStep * std::exp(log_weight) / factor;
   }
@@ -126,10 +124,7 @@ TEST(VarianceFactors, AreIntegratedOut) {
 }
 
 TEST(VarianceFactors, ScaleThePredictedVariance) {
-  GpLocalizeParams p = params();
-  p.candidates = CandidateParams{};
-  p.particles = 1;
-  GpLocalize learned(p, 1);
+  GpLocalize learned(one_particle(), 1);
   drive(learned, 0, 2 * kSlice + 3);
   const double factor = std::pow(learned.hyperparameters().at(0).values(3, 0), 2);
   EXPECT_LT(factor, 0.7);  // the field varies less than configured
@@ -145,31 +140,14 @@ TEST(VarianceFactors, ScaleThePredictedVariance) {
 
 TEST(VarianceFactors, MakeTheNisHonest) {
   // Errors are a fifth of what the configuration says.
-  GpLocalizeParams p = params();
-  p.candidates = CandidateParams{};
-  p.particles = 1;
+  GpLocalizeParams p = one_particle();
   GpLocalize learned(p, 1);
   p.variance_dof = 0.0;
   GpLocalize fixed(p, 1);
   drive(learned, 0, 60, 0.2);
   drive(fixed, 0, 60, 0.2);
-  const auto nis = [](GpLocalize& filter) {
-    double sum = 0.0;
-    SE2 pose;
-    for (int t = 0; t < 100; ++t) {
-      const SE2 delta(0.25 + 0.002 * t, 0.0, 0.15);
-      pose = pose * delta;
-      if (t < 60) continue;
-      filter.predict({seconds(t), seconds(t + 1), delta});
-      sum += filter
-                 .update({seconds(t + 1),
-                          {},
-                          {{0, light_at(pose, 0.2) + 0.05 * std::sin(17.0 * t), 0.0}}})
-                 .nis;
-    }
-    return sum / 40.0;
-  };
-  const double with = nis(learned), without = nis(fixed);
+  const double with = drive(learned, 60, 100, 0.2).nis / 40.0;
+  const double without = drive(fixed, 60, 100, 0.2).nis / 40.0;
   EXPECT_LT(without, 0.2);
   EXPECT_GT(with, 3.0 * without);
   EXPECT_LT(with, 1.5);
