@@ -262,22 +262,32 @@ Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
   return diagonal;
 }
 
-Eigen::SparseMatrix<double> SparseCholesky::selected_inverse() const {
+Eigen::SparseMatrix<double> SparseCholesky::selected_inverse(
+    Eigen::SparseMatrix<double> pattern) const {
   impl_->require_factor();
   const FactorColumns columns = columns_of(*impl_->factor);
+  if (pattern.rows() != columns.n || pattern.cols() != columns.n) {
+    throw NumericalError("the pattern is not of the factor's size");
+  }
   const std::vector<double> z = field_core::selected_inverse(columns);
   const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(z.size());
-  for (int j = 0; j < columns.n; ++j) {
-    for (int p = columns.start[j]; p < columns.start[j + 1]; ++p) {
-      const int a = permutation[columns.row[p]], b = permutation[j];
-      entries.emplace_back(std::max(a, b), std::min(a, b), z[static_cast<std::size_t>(p)]);
+  std::vector<int> place(static_cast<std::size_t>(columns.n));
+  for (int k = 0; k < columns.n; ++k) place[static_cast<std::size_t>(permutation[k])] = k;
+  for (int column = 0; column < pattern.outerSize(); ++column) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(pattern, column); it; ++it) {
+      const int a = place[static_cast<std::size_t>(it.row())];
+      const int b = place[static_cast<std::size_t>(column)];
+      const int *begin = columns.row + columns.start[std::min(a, b)],
+                *end = columns.row + columns.start[std::min(a, b) + 1];
+      const int* at = std::lower_bound(begin, end, std::max(a, b));
+      if (at == end || *at != std::max(a, b)) {
+        throw NumericalError("the factor has no entry at row " + std::to_string(it.row()) +
+                             ", column " + std::to_string(column));
+      }
+      it.valueRef() = z[static_cast<std::size_t>(at - columns.row)];
     }
   }
-  Eigen::SparseMatrix<double> inverse(columns.n, columns.n);
-  inverse.setFromTriplets(entries.begin(), entries.end());
-  return inverse;
+  return pattern;
 }
 
 Eigen::MatrixXd SparseCholesky::block_covariance() const {

@@ -208,9 +208,7 @@ void WindowField::take_window() {
   block_ = DenseBlock(std::move(window_mean), factor.block_covariance());
 }
 
-const WindowField::Global& WindowField::global() const {
-  if (global_) return *global_;
-  auto made = std::make_shared<Global>();
+Sparse WindowField::lower() const {
   Triplets entries;
   entries.reserve(precision_.entries());
   for (int s = 0; s < sites(); ++s) {
@@ -218,12 +216,23 @@ const WindowField::Global& WindowField::global() const {
       if (e.column >= s) entries.emplace_back(e.column, s, e.value);
     }
   }
-  Sparse lower(sites(), sites());
-  lower.setFromTriplets(entries.begin(), entries.end());
-  made->factor = std::make_shared<field_core::SparseCholesky>(field_core::Elimination::supernodal);
-  made->factor->factorize(lower);
-  made->mean = made->factor->solve(information_);
-  made->inverse = made->factor->selected_inverse();
+  Sparse q(sites(), sites());
+  q.setFromTriplets(entries.begin(), entries.end());
+  return q;
+}
+
+field_core::SparseCholesky WindowField::factorized() const {
+  field_core::SparseCholesky factor(field_core::Elimination::supernodal);
+  factor.factorize(lower());
+  return factor;
+}
+
+const WindowField::Global& WindowField::global() const {
+  if (global_) return *global_;
+  auto made = std::make_shared<Global>();
+  const field_core::SparseCholesky factor = factorized();
+  made->mean = factor.solve(information_);
+  made->inverse = factor.selected_inverse(lower());
   global_ = made;
   return *global_;
 }

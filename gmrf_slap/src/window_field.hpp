@@ -57,7 +57,7 @@ class WindowField final : public GaussianField {
   Eigen::VectorXd mean() const override { return global().mean; }
   Eigen::VectorXd variances() const override { return global().inverse.diagonal(); }
   Eigen::VectorXd multiply(const Eigen::VectorXd& x) const override {
-    return global().factor->solve(x);
+    return factorized().solve(x);
   }
   void survey(const SiteRow* rows, int count, double* mean, double* variance) const override;
 
@@ -72,11 +72,11 @@ class WindowField final : public GaussianField {
   void restore(const field_core::State& state, const std::string& prefix) override;
 
  private:
-  /// The whole field, made for maps and kept until something changes.
+  /// The whole field, made for maps and kept until something changes; without the factor, which is
+  /// the largest part by far.
   struct Global {
-    std::shared_ptr<field_core::SparseCholesky> factor;
     Eigen::VectorXd mean;
-    Eigen::SparseMatrix<double> inverse;  // selected, lower
+    Eigen::SparseMatrix<double> inverse;  // at the entries of Q, lower
   };
   /// The sites of one call of focus(), and those of them that the margin is around.
   struct Focus {
@@ -101,6 +101,9 @@ class WindowField final : public GaussianField {
   void learn(const Touched& before, const Touched& after);
   void choose_sites();
   void take_window();
+  /// Q, its lower triangle.
+  Eigen::SparseMatrix<double> lower() const;
+  field_core::SparseCholesky factorized() const;
   const Global& global() const;
 
   Lattice lattice_;
