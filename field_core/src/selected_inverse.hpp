@@ -15,10 +15,10 @@ struct FactorColumns {
 };
 
 /// Entries of (L L^T)^-1 at the positions of L's own entries, in the same order (Takahashi, Fagan,
-/// Chin 1973; Erisman, Tinney 1975): from the last column to the first,
-///   Z_Ij = -Z_II L_Ij / L_jj,  Z_jj = 1 / L_jj^2 - L_Ij^T Z_Ij / L_jj,  I = rows of L below j,
-/// where Z_II lies within the pattern because of fill. O(sum over columns of the lengths of the
-/// columns they name).
+/// Chin 1973; Erisman, Tinney 1975): from the last columns to the first, by nodes J of columns that
+/// have their rows I below the node in common,
+///   Z_IJ = -Z_II L_IJ L_JJ^-1,  Z_JJ = L_JJ^-T L_JJ^-1 - (L_IJ L_JJ^-1)^T Z_IJ,
+/// where Z_II lies within the pattern because of fill. O(sum over nodes of |I|^2 |J|).
 std::vector<double> selected_inverse(const FactorColumns& factor);
 
 }  // namespace field_core
