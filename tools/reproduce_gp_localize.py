@@ -30,8 +30,9 @@ COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_n
 # Noise, and the common factor of noise and signal, are learned further during the run.
 LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0]}, "variance_dof": 16}
 PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
+REFERENCE = "the paper (eq. 12-13)"
 METHODS = {
-    "the paper (eq. 12-13)": PAPER,
+    REFERENCE: PAPER,
     "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "a map per particle": LEARNED,
     "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.2}},
@@ -203,7 +204,7 @@ def cells(experiment, names, method, start, results, reference):
     inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in results)
     lost = statistics.mean(r["estimate"]["lost_share"] for r in results)
     wins = "-"
-    if reference and reference is not means:
+    if reference and method != REFERENCE:
         pairs = list(zip(means, reference))
         wins = f"{sum(a < b for a, b in pairs)}/{len(pairs)}"
     spread = statistics.stdev(means) if len(means) > 1 else 0.0
@@ -242,7 +243,7 @@ def measure(experiment, seeds, pool, wanted, samples):
             rows += odometry_rows(experiment, results[0])
         means = [r["estimate"]["position_error_mean_m"] for r in results]
         key = (tuple(names), start)
-        if method == "the paper (eq. 12-13)":
+        if method == REFERENCE:
             reference[key] = means
         title = " ".join([experiment.name, "all" if len(names) > 1 else names[0], start])
         odometry = results[0]["odometry"]["position_error_mean_m"]
@@ -278,7 +279,7 @@ def plot_times(experiment, seeds, file):
         axis.semilogy(steps, label=label, linewidth=0.8)
     axis.set_xlabel("step")
     axis.set_ylabel("time of a step [ms]")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     figure.tight_layout()
     figure.savefig(file, dpi=110)
     plt.close(figure)
