@@ -11,8 +11,9 @@ from support import workspace
 from support.programs import ProgramTest, replay, run
 from support.runner import main
 
-# Folder: least and most mean position error [m], most as a share of odometry's.
-BOUNDS = {"gpl_pioneer": (0.3, 3.0, 0.7), "gpl_ieq": (1.0, 5.0, 1.05)}
+# Folder: least and most mean position error [m], most as a share of odometry's. Less than with the map known
+# beforehand (docs/results/gp_localize.md) would be too good; seeds 1 to 3 have 1.06 to 1.35 and 0.55 to 1.07.
+BOUNDS = {"gpl_pioneer": (0.3, 1.7, 0.8), "gpl_ieq": (0.28, 1.5, 0.4)}
 
 
 @unittest.skipUnless(workspace.recordings(), "no recordings: set FIELD_DATA_DIR to their folder")
