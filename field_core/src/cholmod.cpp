@@ -253,7 +253,8 @@ double SparseCholesky::log_determinant() const {
 Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
   impl_->require_factor();
   const FactorColumns columns = columns_of(*impl_->factor);
-  const std::vector<double> z = field_core::selected_inverse(columns);
+  std::vector<double> z(columns.value, columns.value + columns.start[columns.n]);
+  field_core::selected_inverse(columns, z.data());
   const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
   Eigen::VectorXd diagonal(columns.n);
   for (int j = 0; j < columns.n; ++j) {
@@ -263,13 +264,15 @@ Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
 }
 
 Eigen::SparseMatrix<double> SparseCholesky::selected_inverse(
-    Eigen::SparseMatrix<double> pattern) const {
+    Eigen::SparseMatrix<double> pattern) {
   impl_->require_factor();
   const FactorColumns columns = columns_of(*impl_->factor);
   if (pattern.rows() != columns.n || pattern.cols() != columns.n) {
     throw NumericalError("the pattern is not of the factor's size");
   }
-  const std::vector<double> z = field_core::selected_inverse(columns);
+  auto* z = static_cast<double*>(impl_->factor->x);
+  field_core::selected_inverse(columns, z);
+  impl_->ready = false;
   const auto* permutation = static_cast<const int*>(impl_->factor->Perm);
   std::vector<int> place(static_cast<std::size_t>(columns.n));
   for (int k = 0; k < columns.n; ++k) place[static_cast<std::size_t>(permutation[k])] = k;
@@ -284,7 +287,7 @@ Eigen::SparseMatrix<double> SparseCholesky::selected_inverse(
         throw NumericalError("the factor has no entry at row " + std::to_string(it.row()) +
                              ", column " + std::to_string(column));
       }
-      it.valueRef() = z[static_cast<std::size_t>(at - columns.row)];
+      it.valueRef() = z[at - columns.row];
     }
   }
   return pattern;

@@ -27,10 +27,11 @@ class Node {
         rows_(factor.row + factor.start[end - 1] + 1) {}
 
   /// @param place -1 for every row of the factor, before and after
-  void invert(std::vector<int>& place, std::vector<double>& z) const {
+  /// @param z later columns are those of the inverse already, these become so
+  void invert(std::vector<int>& place, double* z) const {
     MatrixXd l = MatrixXd::Zero(width_, width_), y(height_, width_);  // L_JJ, L_IJ
     for (int c = 0; c < width_; ++c) {
-      const double* column = factor_.value + factor_.start[first_ + c];
+      const double* column = z + factor_.start[first_ + c];
       l.col(c).tail(width_ - c) = Vector(column, width_ - c);
       y.col(c) = Vector(column + width_ - c, height_);
     }
@@ -42,7 +43,7 @@ class Node {
     if (height_ > 0) below = -(gather(place, z).selfadjointView<Eigen::Lower>() * y);
     const MatrixXd diagonal = inverse.transpose() * inverse - y.transpose() * below;
     for (int c = 0; c < width_; ++c) {
-      double* column = z.data() + factor_.start[first_ + c];
+      double* column = z + factor_.start[first_ + c];
       for (int a = c; a < width_; ++a) *column++ = diagonal(a, c);
       for (int a = 0; a < height_; ++a) *column++ = below(a, c);
     }
@@ -50,14 +51,14 @@ class Node {
 
  private:
   /// Z_II, lower triangle.
-  MatrixXd gather(std::vector<int>& place, const std::vector<double>& z) const {
+  MatrixXd gather(std::vector<int>& place, const double* z) const {
     MatrixXd out = MatrixXd::Zero(height_, height_);
     for (int k = 0; k < height_; ++k) place[static_cast<std::size_t>(rows_[k])] = k;
     for (int k = 0; k < height_; ++k) {
       const int column = rows_[k];
       for (int p = factor_.start[column]; p < factor_.start[column + 1]; ++p) {
         const int at = place[static_cast<std::size_t>(factor_.row[p])];
-        if (at >= 0) out(at, k) = z[static_cast<std::size_t>(p)];
+        if (at >= 0) out(at, k) = z[p];
       }
     }
     for (int k = 0; k < height_; ++k) place[static_cast<std::size_t>(rows_[k])] = -1;
@@ -71,16 +72,14 @@ class Node {
 
 }  // namespace
 
-std::vector<double> selected_inverse(const FactorColumns& factor) {
-  std::vector<double> z(static_cast<std::size_t>(factor.start[factor.n]));
+void selected_inverse(const FactorColumns& factor, double* values) {
   std::vector<int> place(static_cast<std::size_t>(factor.n), -1);
   for (int end = factor.n; end > 0;) {
     int first = end - 1;
     while (first > 0 && goes_on(factor, first - 1)) --first;
-    Node(factor, first, end).invert(place, z);
+    Node(factor, first, end).invert(place, values);
     end = first;
   }
-  return z;
 }
 
 }  // namespace field_core

@@ -19,6 +19,7 @@ struct FactorColumns {
 /// have their rows I below the node in common,
 ///   Z_IJ = -Z_II L_IJ L_JJ^-1,  Z_JJ = L_JJ^-T L_JJ^-1 - (L_IJ L_JJ^-1)^T Z_IJ,
 /// where Z_II lies within the pattern because of fill. O(sum over nodes of |I|^2 |J|).
-std::vector<double> selected_inverse(const FactorColumns& factor);
+/// @param values those of L; on return, of the inverse
+void selected_inverse(const FactorColumns& pattern, double* values);
 
 }  // namespace field_core

@@ -179,6 +179,8 @@ TEST(SparseCholesky, ABlockKeptForLastGivesItsRowsAndColumnsOfTheInverse) {
       EXPECT_NEAR(it.value(), inverse(it.row(), j), 1e-12);
     }
   }
+  test::expect_error<NumericalError>([&] { sparse.solve(rhs); }, {"factorize()"});  // used up
+  sparse.factorize(m);
   Sparse far(81, 81);
   far.insert(72, 8) = 1.0;  // two corners, eliminated first
   test::expect_error<NumericalError>([&] { sparse.selected_inverse(far); }, {"row 72", "column 8"});

@@ -230,7 +230,7 @@ field_core::SparseCholesky WindowField::factorized() const {
 const WindowField::Global& WindowField::global() const {
   if (global_) return *global_;
   auto made = std::make_shared<Global>();
-  const field_core::SparseCholesky factor = factorized();
+  field_core::SparseCholesky factor = factorized();
   made->mean = factor.solve(information_);
   made->inverse = factor.selected_inverse(lower());
   global_ = made;

@@ -37,9 +37,10 @@ class SparseCholesky {
   /// memory of a few factorizations. @throws NumericalError if nothing is factorized
   Eigen::VectorXd inverse_diagonal() const;
   /// The inverse at the positions of `pattern`, a lower triangle in compressed storage, instead of
-  /// its values; as inverse_diagonal(). Those of the matrix' own pattern are always there.
+  /// its values; as inverse_diagonal(). Those of the matrix' own pattern are always there. The
+  /// inverse takes the place of the factor, which may be large: factorize() before anything else.
   /// @throws NumericalError if the factor has no entry at one of the positions
-  Eigen::SparseMatrix<double> selected_inverse(Eigen::SparseMatrix<double> pattern) const;
+  Eigen::SparseMatrix<double> selected_inverse(Eigen::SparseMatrix<double> pattern);
   /// Covariance of the variables that factorize() was asked to keep for last, in the order of
   /// `block`: their rows and columns of the whole inverse, from the last columns of the factor
   /// alone. O(block^2 x entries of such a column). @throws NumericalError if there is no such block
