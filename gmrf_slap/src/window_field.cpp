@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
+#include "field_core/cholmod.hpp"
 #include "field_core/errors.hpp"
 #include "field_core/positive_inverse.hpp"
 #include "site_list.hpp"
@@ -39,6 +41,12 @@ void insert_around(const Lattice& lattice, const std::vector<int>& sites, int re
   for (const int s : sites) out.insert(s);
   widen(lattice, reach, 1, 0, out);
   widen(lattice, reach, 0, 1, out);
+}
+
+field_core::SparseCholesky factorized(const Sparse& lower) {
+  field_core::SparseCholesky factor(field_core::Elimination::supernodal);
+  factor.factorize(lower);
+  return factor;
 }
 
 }  // namespace
@@ -221,18 +229,17 @@ Sparse WindowField::lower() const {
   return q;
 }
 
-field_core::SparseCholesky WindowField::factorized() const {
-  field_core::SparseCholesky factor(field_core::Elimination::supernodal);
-  factor.factorize(lower());
-  return factor;
+VectorXd WindowField::multiply(const VectorXd& x) const {
+  return factorized(lower()).solve(x);
 }
 
 const WindowField::Global& WindowField::global() const {
   if (global_) return *global_;
   auto made = std::make_shared<Global>();
-  field_core::SparseCholesky factor = factorized();
+  Sparse q = lower();
+  field_core::SparseCholesky factor = factorized(q);
   made->mean = factor.solve(information_);
-  made->inverse = factor.selected_inverse(lower());
+  made->inverse = factor.selected_inverse(std::move(q));
   global_ = made;
   return *global_;
 }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "dense_block.hpp"
-#include "field_core/cholmod.hpp"
 #include "gmrf_slap/gaussian_field.hpp"
 #include "sparse_rows.hpp"
 
@@ -56,9 +55,7 @@ class WindowField final : public GaussianField {
 
   Eigen::VectorXd mean() const override { return global().mean; }
   Eigen::VectorXd variances() const override { return global().inverse.diagonal(); }
-  Eigen::VectorXd multiply(const Eigen::VectorXd& x) const override {
-    return factorized().solve(x);
-  }
+  Eigen::VectorXd multiply(const Eigen::VectorXd& x) const override;
   void survey(const SiteRow* rows, int count, double* mean, double* variance) const override;
 
   std::unique_ptr<GaussianField> clone() const override {
@@ -103,7 +100,6 @@ class WindowField final : public GaussianField {
   void take_window();
   /// Q, its lower triangle.
   Eigen::SparseMatrix<double> lower() const;
-  field_core::SparseCholesky factorized() const;
   const Global& global() const;
 
   Lattice lattice_;
