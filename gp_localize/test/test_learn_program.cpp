@@ -80,6 +80,45 @@ TEST_F(LearnProgram, WritesFieldsThatTheFilterTakes) {
   EXPECT_NO_THROW(gp_localize::GpLocalize(params, 1));
 }
 
+TEST_F(LearnProgram, WritesAGroupThatTheFilterTakes) {
+  field_core::Random random(3);
+  std::ostringstream csv;
+  csv << "x_m,y_m,light,heat\n";
+  for (int i = 0; i < 60; ++i) {  // heat falls where light rises
+    const double x = random.uniform(0.0, 8.0), y = random.uniform(0.0, 8.0);
+    csv << x << "," << y << "," << light(x, y) + 0.1 * random.normal() << ","
+        << 20.0 - 0.5 * light(x, y) + 0.1 * random.normal() << "\n";
+  }
+  write("survey.csv", csv.str());
+  ASSERT_EQ(0, run("--survey " + file("survey.csv") + " --output " + file("hyper.yaml") +
+                   " --coregionalize room=light,heat --starts 2"))
+      << text("err");
+  gp_localize::GpLocalizeParams params;
+  field_ros::NodeParams node;
+  field_ros::load_params(field_ros::ParamTree::from_yaml_file(file("hyper.yaml")), node, params);
+  ASSERT_EQ(1u, params.coregionalization.count("room"));
+  const auto& room = params.coregionalization.at("room");
+  EXPECT_EQ(room.fields, (std::vector<std::string>{"light", "heat"}));
+  ASSERT_EQ(room.correlations.size(), 1u);
+  EXPECT_LT(room.correlations[0], -0.9);
+  EXPECT_GE(room.correlations[0], -1.0);
+  EXPECT_EQ(params.fields.at("light").length_scales, params.fields.at("heat").length_scales);
+  EXPECT_NO_THROW(gp_localize::GpLocalize(params, 1));
+}
+
+TEST_F(LearnProgram, SaysWhatAGroupIs) {
+  write("survey.csv", survey(20));
+  for (const char* group : {"room", "room=light", "room=light,light", "=light,heat"}) {
+    EXPECT_NE(0, run("--survey " + file("survey.csv") + " --output " + file("hyper.yaml") +
+                     " --coregionalize " + group));
+    EXPECT_NE(text("err").find("NAME=FIELD,FIELD"), std::string::npos) << group << text("err");
+  }
+  EXPECT_NE(0, run("--survey " + file("survey.csv") + " --output " + file("hyper.yaml") +
+                   " --coregionalize room=light,gas"));
+  EXPECT_NE(text("err").find("gas"), std::string::npos) << text("err");
+  EXPECT_FALSE(std::filesystem::exists(file("hyper.yaml")));
+}
+
 TEST_F(LearnProgram, ReadsABagWithTruth) {
   {
     rosbag::Bag bag(file("run.bag"), rosbag::bagmode::Write);
