@@ -27,6 +27,14 @@ inline GpLocalizeParams exact_params() {
   return p;
 }
 
+/// The same with particles that spread and are resampled, for states.
+inline GpLocalizeParams resampling(GpLocalizeParams p) {
+  p.particles = 60;
+  p.resample_threshold = 0.5;
+  p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
+  return p;
+}
+
 inline field_core::SE2 exact_motion(int step) { return {0.25 + 0.002 * step, 0.0, 0.15}; }
 
 }  // namespace gp_localize

@@ -133,10 +133,7 @@ TEST(Candidates, PredictionIsTheirMixture) {
 }
 
 TEST(Candidates, AreSavedAndRestored) {
-  GpLocalizeParams p = params();
-  p.particles = 60;
-  p.resample_threshold = 0.5;
-  p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
+  const GpLocalizeParams p = resampling(params());
   GpLocalize first(p, 1), second(p, 2);
   drive(first, 0, 20);
   second.restore(first.state());
