@@ -16,6 +16,10 @@ bool OdometryCalibrationModel::active() const {
 
 OdometryCalibration OdometryCalibrationModel::draw(field_core::Random& random) const {
   if (!active()) return {};
+  if (params_.calibrated_probability > 0.0 &&
+      random.uniform(0.0, 1.0) < params_.calibrated_probability) {
+    return {};
+  }
   return {std::exp(params_.translation_stddev * random.normal()),
           std::exp(params_.rotation_stddev * random.normal()),
           params_.drift_stddev * random.normal()};
@@ -24,6 +28,7 @@ OdometryCalibration OdometryCalibrationModel::draw(field_core::Random& random) c
 void OdometryCalibrationModel::wander(double distance, OdometryCalibration& c,
                                       field_core::Random& random) const {
   if (!active() || distance == 0.0 || params_.memory <= 0.0) return;
+  if (c.is_identity() && params_.calibrated_probability > 0.0) return;
   // Ornstein-Uhlenbeck with the prior as its stationary law: over `memory` metres the calibration
   // forgets to 1/e, and however long the run it stays as plausible as at the start.
   const double keep = std::exp(-distance / params_.memory);

@@ -48,10 +48,10 @@ void GpLocalizeParams::validate() const {
     throw ParameterError("support/budget", "needs map_hypotheses: particle");
   }
   if (candidates.count() > 1 &&
-      (map_hypotheses != MapHypotheses::particle || known_map() || !survey.empty())) {
+      (map_hypotheses != MapHypotheses::particle || known_map())) {
     throw ParameterError("candidates",
-                         "needs map_hypotheses: particle and mode: mapping, without a survey; a "
-                         "known map was made with one set of hyperparameters");
+                         "needs map_hypotheses: particle and mode: mapping; a known map was made "
+                         "with one set of hyperparameters");
   }
   if (variance_dof > 0.0 && map_hypotheses != MapHypotheses::particle) {
     throw ParameterError("variance_dof", "needs map_hypotheses: particle");

@@ -12,6 +12,7 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
     : fields_(fields),
       first_(first_fields(fields)),
       candidates_(make_candidates(params, fields)),
+      shared_candidate_(params.candidates.shared),
       grow_at_(params.support.grow_at),
       first_support_(fields.front().basis.support().cols()),
       candidate_(params.particles * first_.size(), 0),
@@ -24,11 +25,12 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
       factors_(params, first_.size()) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
+  Closed prior;
   for (const FieldModel& field : fields_) {
     const int m = static_cast<int>(field.basis.size());
     const int steps = slice_size_ * field.basis.fields();
-    if (field.group == static_cast<int>(initial_.size())) {
-      initial_.emplace_back(m);
+    if (field.group == static_cast<int>(prior.size())) {
+      prior.emplace_back(m);
       empty.emplace_back(m, steps, field.basis.place_dimensions());
     }
     phi_.emplace_back(m, params.particles);
@@ -47,15 +49,33 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
   for (auto& list : weighed_) list.reserve(fields_.size());
   members_.reserve(count);
   new_candidate_.reserve(candidate_.size());
-  if (!params.survey.empty()) initial_ = map_from_survey(params.survey, fields_);
-  closed_.assign(count, initial_);
+  if (params.survey.empty()) initial_ = {prior};
+  for (std::size_t c = 0; !params.survey.empty() && c < candidates_.front().size(); ++c) {
+    std::vector<FieldModel> models;
+    for (const auto& field : candidates_) models.push_back(field[c]);
+    initial_.push_back(map_from_survey(params.survey, params.survey_correlation, models));
+  }
+  closed_.assign(count, prior);
   slices_.assign(count, empty);
   users_.reserve(count);
   kept_.reserve(count);
   for (auto* list : {&map_, &slice_, &new_map_, &new_slice_, &spare_slices_, &free_}) {
     list->reserve(count);
   }
-  share_among_all(count);
+  start_from_initial();
+}
+
+void ParticleMap::start_from_initial() {
+  closed_[0] = initial_[0];
+  share_among_all(closed_.size());
+  if (initial_.size() == 1) return;
+  for (std::size_t p = 0; p < closed_.size(); ++p) {
+    map_[p] = static_cast<int>(p);
+    for (std::size_t g = 0; g < first_.size(); ++g) {
+      closed_[p][g] = initial_[candidate_[p * first_.size() + g]][g];
+    }
+  }
+  recount_users();
 }
 
 void ParticleMap::share_among_all(std::size_t particles) {
@@ -91,11 +111,10 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
   offsets_.restart();
   factors_.restart();
   forget_grown_support();
-  closed_[0] = initial_;
   for (Slices& slices : slices_) {
     for (OpenSlice& slice : slices) slice.clear();
   }
-  share_among_all(closed_.size());
+  start_from_initial();
   steps_in_slice_ = 0;
 }
 

@@ -75,6 +75,7 @@ class ParticleMap : public MapModel {
   void grow_all(const Eigen::Vector2d& place);
   void compute_features(int field, std::size_t count);
   void share_among_all(std::size_t particles);
+  void start_from_initial();
   double log_density(double error, double variance, double signal_variance) const;
   void close_slices();
   /// A map that the particle alone may write to; what it held is left to the caller.
@@ -84,6 +85,7 @@ class ParticleMap : public MapModel {
   std::vector<FieldModel> fields_;
   std::vector<int> first_;                           // first field of each group
   std::vector<std::vector<FieldModel>> candidates_;  // [field][candidate]
+  bool shared_candidate_;
   double grow_at_;
   Eigen::Index first_support_;                  // number of points before any was added
   std::vector<int> candidate_, new_candidate_;  // [particle * groups + group]
@@ -93,7 +95,7 @@ class ParticleMap : public MapModel {
   int steps_in_slice_ = 0;
   FieldOffsets offsets_;
   VarianceFactors factors_;
-  Closed initial_;  // the prior, or what the survey says
+  std::vector<Closed> initial_;  // [candidate]: the prior, or what the survey says under it
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
   // how many particles map i has. Maps may be shared, slices are not.
   std::vector<Closed> closed_;

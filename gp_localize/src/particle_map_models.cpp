@@ -7,7 +7,8 @@
 
 namespace gp_localize {
 
-/// Every candidate of a group as often as any other, in random order: groups are independent.
+/// Every candidate of a group as often as any other, in random order: groups are independent,
+/// unless all fields of a particle share one.
 void ParticleMap::draw_candidates(field_core::Random& random) {
   const std::size_t groups = first_.size(), count = closed_.size();
   candidate_.assign(count * groups, 0);
@@ -15,6 +16,10 @@ void ParticleMap::draw_candidates(field_core::Random& random) {
     const std::size_t choices = candidates_[first_[g]].size();
     if (choices == 1) continue;
     const auto at = [&](std::size_t p) -> int& { return candidate_[p * groups + g]; };
+    if (shared_candidate_ && g > 0) {
+      for (std::size_t p = 0; p < count; ++p) at(p) = candidate_[p * groups];
+      continue;
+    }
     for (std::size_t p = 0; p < count; ++p) at(p) = static_cast<int>(p % choices);
     for (std::size_t p = count - 1; p > 0; --p) std::swap(at(p), at(random.index(p + 1)));
   }

@@ -27,9 +27,21 @@ SupportPosterior posterior(const std::vector<const FieldModel*>& fields, const S
   return closed;
 }
 
+/// The survey's field is only correlated with the robot's: u = rho u_survey + sqrt(1 - rho^2) v.
+void weaken(double rho, SupportPosterior& posterior) {
+  const int m = posterior.support_size();
+  double* number = posterior.numbers();
+  for (int column = 0; column < m; ++column) {
+    for (int row = column; row < m; ++row, ++number) {
+      *number = rho * rho * *number + (row == column ? 1.0 - rho * rho : 0.0);
+    }
+  }
+  for (int row = 0; row < m; ++row) *number++ *= rho;
+}
+
 }  // namespace
 
-std::vector<SupportPosterior> map_from_survey(const std::string& path,
+std::vector<SupportPosterior> map_from_survey(const std::string& path, double correlation,
                                               const std::vector<FieldModel>& fields) {
   std::vector<std::string> names;
   for (const FieldModel& field : fields) names.push_back(field.info.name);
@@ -41,6 +53,7 @@ std::vector<SupportPosterior> map_from_survey(const std::string& path,
       if (field.group == fields[first].group) group[field.member] = &field;
     }
     map.push_back(posterior(group, survey));
+    weaken(correlation, map.back());
   }
   return map;
 }

@@ -14,6 +14,7 @@ struct OdometryCalibration {
   double rotation = 1.0;     ///< true over reported turn [1]
   double drift = 0.0;        ///< true turn beyond the reported one, per metre driven [rad/m]
 
+  bool is_identity() const { return translation == 1.0 && rotation == 1.0 && drift == 0.0; }
   /// The motion that odometry should have reported.
   field_core::OdometryMotion correct(const field_core::OdometryMotion& reported) const;
 };

@@ -121,6 +121,7 @@ struct CalibrationParams {
   double rotation_stddev = 0.0;
   double drift_stddev = 0.0;
   double memory = 1000.0;
+  double calibrated_probability = 0.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -133,6 +134,8 @@ struct CalibrationParams {
              "prior of the turn per metre that odometry does not see");
     v.number("memory", memory, non_negative(), "m",
              "driven distance over which the calibration wanders through its prior; 0: constant");
+    v.number("calibrated_probability", calibrated_probability, {0.0, 1.0}, "1",
+             "prior probability that the odometry has no systematic error at all");
   }
 };
 
@@ -142,6 +145,7 @@ struct CandidateParams {
   std::vector<double> length_scales = {1.0};
   std::vector<double> noise = {1.0};
   std::vector<double> signal = {1.0};
+  bool shared = false;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -150,6 +154,8 @@ struct CandidateParams {
     v.numbers("length_scales", length_scales, kSome, range, "1", "of both length_scales");
     v.numbers("noise", noise, kSome, range, "1", "of noise_stddev");
     v.numbers("signal", signal, kSome, range, "1", "of signal_stddev");
+    v.flag("shared", shared,
+           "true: one candidate for all fields of a particle; false: each field its own");
   }
   std::size_t count() const { return length_scales.size() * noise.size() * signal.size(); }
 };
@@ -210,6 +216,7 @@ struct GpLocalizeParams : field_core::MotionParams {
   std::map<std::string, CoregionalizationParams> coregionalization;
   Mode mode = Mode::mapping;
   std::string survey;
+  double survey_correlation = 1.0;
   int particles = 400;
   AdaptiveParams adaptive;
   HealthParams lost;
@@ -245,6 +252,9 @@ struct GpLocalizeParams : field_core::MotionParams {
              "it is; lifelong: go on learning a known one");
     v.text("survey", survey,
            "CSV file with x_m, y_m and one column per field that the map starts from; empty: none");
+    v.number("survey_correlation", survey_correlation, {0.0, 1.0}, "1",
+             "of each field with what it was when the survey was made; 1: the same, less: other "
+             "conditions, as light on another day");
     v.number("particles", particles, {1, 100000}, "1", "particles of the filter, or most of them");
     v.group("adaptive", adaptive, "number of particles");
     v.group("lost", lost, "when the filter is lost, and what it does then");
