@@ -39,8 +39,22 @@ Coregionalization covariances(const CoregionalizationParams& group, const GpLoca
 
 /// What a candidate multiplies the configured values by.
 struct Multiples {
-  double signal = 1.0, noise = 1.0, length = 1.0;
+  double signal = 1.0, noise = 1.0, length = 1.0, survey_correlation = 1.0;
 };
+
+std::vector<Multiples> combinations(const CandidateParams& c) {
+  std::vector<Multiples> all;
+  for (const double correlation : c.survey_correlation) {
+    for (const double signal : c.signal) {
+      for (const double noise : c.noise) {
+        for (const double length : c.length_scales) {
+          all.push_back({signal, noise, length, correlation});
+        }
+      }
+    }
+  }
+  return all;
+}
 
 SupportBasis make_basis(const std::string& name, FieldParams p, const Places& support,
                         const GpLocalizeParams& params, double signal) {
@@ -65,7 +79,8 @@ FieldModel make_model(const std::string& name, const Places& support,
     return {{name, p.unit},
             p.mean,
             p.noise_stddev * p.noise_stddev,
-            make_basis(name, p, support, params, by.signal)};
+            make_basis(name, p, support, params, by.signal),
+            params.survey_correlation * by.survey_correlation};
   } catch (const field_core::NumericalError& error) {
     // The cause is in the configuration: a parameter error gets file and line.
     throw field_core::ParameterError("support", "field '" + name + "': " + error.what());
@@ -133,18 +148,14 @@ std::vector<int> first_fields(const std::vector<FieldModel>& fields) {
 
 std::vector<std::vector<FieldModel>> make_candidates(const GpLocalizeParams& params,
                                                      const std::vector<FieldModel>& fields) {
+  const std::vector<Multiples> choices = combinations(params.candidates);
   std::vector<std::vector<FieldModel>> all;
   for (const FieldModel& field : fields) {
     std::vector<FieldModel> models;
-    for (const double signal : params.candidates.signal) {
-      for (const double noise : params.candidates.noise) {
-        for (const double length : params.candidates.length_scales) {
-          models.push_back(
-              make_model(field.info.name, field.basis.support(), params, {signal, noise, length}));
-          models.back().group = field.group;
-          models.back().member = field.member;
-        }
-      }
+    for (const Multiples& by : choices) {
+      models.push_back(make_model(field.info.name, field.basis.support(), params, by));
+      models.back().group = field.group;
+      models.back().member = field.member;
     }
     all.push_back(std::move(models));
   }

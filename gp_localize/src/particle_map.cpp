@@ -53,7 +53,7 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
   for (std::size_t c = 0; !params.survey.empty() && c < candidates_.front().size(); ++c) {
     std::vector<FieldModel> models;
     for (const auto& field : candidates_) models.push_back(field[c]);
-    initial_.push_back(map_from_survey(params.survey, params.survey_correlation, models));
+    initial_.push_back(map_from_survey(params.survey, models));
   }
   closed_.assign(count, prior);
   slices_.assign(count, empty);

@@ -41,7 +41,7 @@ void weaken(double rho, SupportPosterior& posterior) {
 
 }  // namespace
 
-std::vector<SupportPosterior> map_from_survey(const std::string& path, double correlation,
+std::vector<SupportPosterior> map_from_survey(const std::string& path,
                                               const std::vector<FieldModel>& fields) {
   std::vector<std::string> names;
   for (const FieldModel& field : fields) names.push_back(field.info.name);
@@ -53,7 +53,7 @@ std::vector<SupportPosterior> map_from_survey(const std::string& path, double co
       if (field.group == fields[first].group) group[field.member] = &field;
     }
     map.push_back(posterior(group, survey));
-    weaken(correlation, map.back());
+    weaken(fields[first].survey_correlation, map.back());
   }
   return map;
 }

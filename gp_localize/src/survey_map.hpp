@@ -11,10 +11,8 @@ namespace gp_localize {
 
 /// The support of each group of fields given the survey in the file `path`: PITC with slices of 50
 /// measurements per field of the group in the order of the file. O(n m^2).
-/// @param correlation rho of each field with the surveyed one: f = rho f_survey + sqrt(1 - rho^2) g
-///                    with g of the same prior
 /// @throws DataError naming file, line and column
-std::vector<SupportPosterior> map_from_survey(const std::string& path, double correlation,
+std::vector<SupportPosterior> map_from_survey(const std::string& path,
                                               const std::vector<FieldModel>& fields);
 
 }  // namespace gp_localize

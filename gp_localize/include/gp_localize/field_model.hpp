@@ -17,6 +17,8 @@ struct FieldModel {
   double mean;            ///< prior mean [field unit]
   double noise_variance;  ///< of one measurement
   SupportBasis basis;
+  /// With the field that a survey saw: f = rho f_survey + sqrt(1 - rho^2) g, g of the same prior.
+  double survey_correlation = 1.0;
   int group = 0;   ///< number of the Gaussian process; they are in the order of their first fields
   int member = 0;  ///< which of the group's fields
 
@@ -45,7 +47,7 @@ std::vector<FieldModel> make_field_models(const GpLocalizeParams& params);
 std::vector<int> first_fields(const std::vector<FieldModel>& fields);
 
 /// For each field, its model under every combination of params.candidates: length scales vary
-/// fastest, then noise, then signal; those of correlated fields all take the same multiples. One
+/// fastest, then noise, signal and survey_correlation; those of correlated fields all take the same multiples. One
 /// support set each, that of the configured model.
 std::vector<std::vector<FieldModel>> make_candidates(const GpLocalizeParams& params,
                                                      const std::vector<FieldModel>& fields);

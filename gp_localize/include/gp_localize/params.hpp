@@ -145,6 +145,7 @@ struct CandidateParams {
   std::vector<double> length_scales = {1.0};
   std::vector<double> noise = {1.0};
   std::vector<double> signal = {1.0};
+  std::vector<double> survey_correlation = {1.0};
   bool shared = false;
 
   template <class Visitor>
@@ -154,10 +155,14 @@ struct CandidateParams {
     v.numbers("length_scales", length_scales, kSome, range, "1", "of both length_scales");
     v.numbers("noise", noise, kSome, range, "1", "of noise_stddev");
     v.numbers("signal", signal, kSome, range, "1", "of signal_stddev");
+    v.numbers("survey_correlation", survey_correlation, kSome, {0.0, 1.0}, "1",
+              "of survey_correlation");
     v.flag("shared", shared,
            "true: one candidate for all fields of a particle; false: each field its own");
   }
-  std::size_t count() const { return length_scales.size() * noise.size() * signal.size(); }
+  std::size_t count() const {
+    return length_scales.size() * noise.size() * signal.size() * survey_correlation.size();
+  }
 };
 
 /// Slow drift of a field's level against a known map.
