@@ -47,19 +47,22 @@ void GpLocalizeParams::validate() const {
   if (map_hypotheses != MapHypotheses::particle && support.budget > 0) {
     throw ParameterError("support/budget", "needs map_hypotheses: particle");
   }
-  if (candidates.count() > 1 &&
-      (map_hypotheses != MapHypotheses::particle || known_map())) {
+  if (candidates.count() > 1 && (map_hypotheses != MapHypotheses::particle || known_map())) {
     throw ParameterError("candidates",
                          "needs map_hypotheses: particle and mode: mapping; a known map was made "
                          "with one set of hyperparameters");
+  }
+  if (candidates.survey_correlation.size() > 1 && survey.empty()) {
+    throw ParameterError("candidates/survey_correlation", "needs a file that is named by `survey`");
   }
   if (variance_dof > 0.0 && map_hypotheses != MapHypotheses::particle) {
     throw ParameterError("variance_dof", "needs map_hypotheses: particle");
   }
   if (variance_dof > 0.0 && (outlier_share > 0.0 || field_offset.stddev > 0.0)) {
-    throw ParameterError("variance_dof",
-                         "cannot be used with outlier_share or field_offset/stddev: its density has "
-                         "heavy tails already, and a drift would pass for a larger variance");
+    throw ParameterError(
+        "variance_dof",
+        "cannot be used with outlier_share or field_offset/stddev: its density has "
+        "heavy tails already, and a drift would pass for a larger variance");
   }
   if (field_offset.stddev > 0.0 && mode != Mode::localization) {
     throw ParameterError(

@@ -106,13 +106,15 @@ std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
     const ParticleSet& particles) const {
   std::vector<field_core::HyperparameterPosterior> all;
   const bool learned = candidates_.front().size() > 1 || factors_.active();
+  const bool surveyed = initial_.size() > 1;
   for (std::size_t f = 0; f < fields_.size() && learned; ++f) {
     const auto count = static_cast<Eigen::Index>(candidates_[f].size());
     field_core::HyperparameterPosterior posterior{
         fields_[f].info.name,
         {"length_scale_x", "length_scale_y", "noise_stddev", "signal_stddev"},
-        Eigen::MatrixXd(4, count),
+        Eigen::MatrixXd(surveyed ? 5 : 4, count),
         Eigen::VectorXd::Zero(count)};
+    if (surveyed) posterior.names.push_back("survey_correlation");
     Eigen::VectorXd factors = posterior.probability;  // of each candidate's particles, weighted
     for (std::size_t p = 0; p < particles.size(); ++p) {
       const int c = candidate_[p * first_.size() + fields_[f].group];
@@ -124,8 +126,9 @@ std::vector<field_core::HyperparameterPosterior> ParticleMap::hyperparameters(
       const auto& kernel = m.basis.kernel();
       const double weight = posterior.probability[c];
       const double scale = factors_.active() && weight > 0.0 ? factors[c] / weight : 1.0;
-      posterior.values.col(c) << kernel.length_scales(), std::sqrt(scale * m.noise_variance),
-          std::sqrt(scale * m.signal_variance());
+      posterior.values.col(c).head<4>() << kernel.length_scales(),
+          std::sqrt(scale * m.noise_variance), std::sqrt(scale * m.signal_variance());
+      if (surveyed) posterior.values(4, c) = m.survey_correlation;
     }
     all.push_back(std::move(posterior));
   }

@@ -132,6 +132,34 @@ TEST(Candidates, PredictionIsTheirMixture) {
   EXPECT_NEAR(mixture.variance(0, 0), square - mean * mean + noise, 1e-8);
 }
 
+// Of two fields, each with 2 x 2 candidates: 16 pairs, or the 4 that are the same for both.
+TEST(Candidates, MayBeSharedByAllFields) {
+  GpLocalizeParams p = exact_params();
+  p.fields["other"] = p.fields.at("light");
+  p.candidates.length_scales = {0.6, 1.6};
+  p.candidates.noise = {0.5, 1.0};
+  p.particles = 64;
+  for (const bool shared : {false, true}) {
+    p.candidates.shared = shared;
+    GpLocalize filter(p, 1);
+    SE2 pose;
+    for (int t = 0; t < 2 * kSlice; ++t) {
+      pose = pose * exact_motion(t);
+      filter.predict({seconds(t), seconds(t + 1), exact_motion(t)});
+      // `other` alone is noisy: a shared candidate has to suit both.
+      filter.update({seconds(t + 1), {}, {{0, light_at(pose), 0.0}, {1, 3.0 + t % 2, 0.0}}});
+    }
+    const auto all = filter.hyperparameters();
+    const double apart = (all[0].probability - all[1].probability).cwiseAbs().maxCoeff();
+    if (shared) {
+      EXPECT_LT(apart, 1e-12);
+    } else {
+      EXPECT_GT(apart, 0.1);
+    }
+    EXPECT_NEAR(all[0].probability.sum(), 1.0, 1e-12);
+  }
+}
+
 TEST(Candidates, AreSavedAndRestored) {
   const GpLocalizeParams p = resampling(params());
   GpLocalize first(p, 1), second(p, 2);
@@ -147,6 +175,9 @@ TEST(Candidates, AreSavedAndRestored) {
 TEST(Candidates, AreForMappingOnly) {
   GpLocalizeParams p = params();
   EXPECT_NO_THROW(p.validate());
+  p.candidates.survey_correlation = {0.5, 1.0};  // of no survey
+  EXPECT_THROW(p.validate(), field_core::ParameterError);
+  p = params();
   p.mode = Mode::lifelong;
   EXPECT_THROW(p.validate(), field_core::ParameterError);
   p = params();
