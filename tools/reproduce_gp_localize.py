@@ -28,17 +28,21 @@ COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_n
           "likelihood_exponent": 0.25,
           "odom_alpha1": 0.00025, "odom_alpha2": 0.00025, "odom_alpha3": 0.005, "odom_alpha4": 0.00025}
 # Noise, and the common factor of noise and signal, are learned further during the run.
-LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0]}, "variance_dof": 16}
+LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0], "shared": True}, "variance_dof": 16}
+SCALE = {"odom_calibration": {"translation_stddev": 0.2}}
 PAPER = {"map_hypotheses": "sample_paths", "slice_size": 10, "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
 REFERENCE = "the paper (eq. 12-13)"
+ONE_RULE = "a map per particle, scale estimated if need be"
+CORRELATED_SURVEY = "map of the other run, correlated, learned further"
 METHODS = {
     REFERENCE: PAPER,
     "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "a map per particle": LEARNED,
-    "a map per particle, scale estimated": {**LEARNED, "odom_calibration": {"translation_stddev": 0.2}},
+    "a map per particle, scale estimated": {**LEARNED, **SCALE},
+    ONE_RULE: {**LEARNED, "odom_calibration": {"translation_stddev": 0.2, "calibrated_probability": 0.8}},
     "a map per particle, fixed hyperparameters": {},
-    "a map per particle, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
-    "fields correlated, fixed hyperparameters, scale estimated": {"odom_calibration": {"translation_stddev": 0.2}},
+    "a map per particle, fixed hyperparameters, scale estimated": SCALE,
+    "fields correlated, fixed hyperparameters, scale estimated": SCALE,
     "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
     "SoD-Even": {**PAPER, "observation_model": "sod_even", "subset_size": 40},
 }
@@ -46,9 +50,8 @@ KNOWN = {"mode": "localization", "likelihood_noise_scale": 2.0, "likelihood_expo
 KNOWN_MAP = {
     "known map (survey)": KNOWN,
     "known map, odometry noise of 30 %": {**KNOWN, "odom_alpha3": 0.1},
-    "known map, scale estimated": {**KNOWN, "odom_calibration": {"translation_stddev": 0.2}},
-    "survey, map learned further, scale estimated": {**KNOWN, "mode": "lifelong",
-                                                     "odom_calibration": {"translation_stddev": 0.2}},
+    "known map, scale estimated": {**KNOWN, **SCALE},
+    "survey, map learned further, scale estimated": {**KNOWN, **SCALE, "mode": "lifelong"},
 }
 # The fields of a run are one group, learned together.
 CORRELATED = "fields correlated, fixed hyperparameters, scale estimated"
@@ -57,6 +60,9 @@ OTHER_MAP = {
     "map of the other run": {"mode": "localization"},
     "map of the other run, level estimated": {"mode": "localization", "field_offset": {"stddev": 0.5, "memory": 100.0}},
     "map of the other run, heavy tails": {"mode": "localization", "outlier_share": 0.1},
+    # Where a map says which way is which, the start's heading need not be believed blindly.
+    CORRELATED_SURVEY: {**LEARNED, "candidates": {**LEARNED["candidates"], "survey_correlation": [0.3, 0.6, 0.9]},
+                        "initial_cov_aa": 0.0025},
 }
 # Figure 4b: time per step on the Pioneer run, 100 particles and paths.
 TIMED = {"GP-Localize (eq. 12-13)": "online_pitc", "GP-Localize (eq. 10-11)": "online_pitc_assimilated",
@@ -144,6 +150,7 @@ class Experiment:
                       initial_cov_xx=position, initial_cov_yy=position, initial_cov_aa=angle,
                       support={"selection": "grid", "size": min(120, max(40, points)), "region": self.region})
         values.update({**METHODS, **self.known_map}[method])
+        values["initial_cov_aa"] = max(values["initial_cov_aa"], angle)
         if method == CORRELATED:
             values.update(self.group(names))
             values["support"]["size"] = min(values["support"]["size"], 400 // len(names))
