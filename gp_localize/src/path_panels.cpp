@@ -181,15 +181,20 @@ class Panels final : public PathPanels {
 
   /// Mean and variance of every reading's field at a few places, and of the sum of every two, each
   /// over its standard deviation: what that has more is twice their covariance.
-  void predict_pairs(const SupportBasis& basis, const Places& places,
+  void predict_pairs(const SupportBasis& basis, const Eigen::Ref<const Places>& places,
                      const std::vector<Reading>& readings) {
     const auto n = static_cast<int>(places.cols());
     const std::size_t q = readings.size();
     pair_size_ = static_cast<std::size_t>(n) * p_.panels * kPanel<T>;
     pair_mean_.resize((q + 1) * pair_size_);  // the last is of sums, and not used
     pair_variance_.resize(q * q * pair_size_);
-    Places at(places.rows() + 1, n);
-    at.topRows(places.rows()) = places;
+    const Eigen::Index d = places.rows();
+    if (labelled_.cols() == 0) {
+      labelled_.resize(d + 1, kBatch);
+      second_places_.resize(d + 1, kBatch);
+    }
+    auto at = labelled_.leftCols(n);
+    at.topRows(d) = places;
     for (std::size_t a = 0; a < q; ++a) {
       at.bottomRows(1).setConstant(readings[a].member);
       for (std::size_t b = 0; b <= a; ++b) {
@@ -278,10 +283,13 @@ class Panels final : public PathPanels {
     return {n, n, features_.data(), residual_.data(), place_.data(), scratch_.data()};
   }
 
-  void add_second(const SupportBasis& basis, Places places, const Combination& what) {
-    places.bottomRows(1).setConstant(what.b);
+  void add_second(const SupportBasis& basis, const Eigen::Ref<const Places>& places,
+                  const Combination& what) {
+    auto second = second_places_.leftCols(places.cols());
+    second = places;
+    second.bottomRows(1).setConstant(what.b);
     second_features_.resize(exact_features_.size());
-    basis.features(places, second_features_.data());
+    basis.features(second, second_features_.data());
     for (std::size_t i = 0; i < exact_features_.size(); ++i) {
       exact_features_[i] = what.weight_a * exact_features_[i] + what.weight_b * second_features_[i];
     }
@@ -343,6 +351,7 @@ class Panels final : public PathPanels {
   std::vector<T> prior_;          // what p_.prior is
   std::vector<int> open_fields_;  // of the open slice's measurements
   std::vector<double> exact_features_, second_features_;
+  Places labelled_, second_places_;  // places with the number of a field
   // Of readings weighed together: [reading] and [reading a][reading b], each panels x places x
   // kPanel; the lower triangle, in the end the covariances.
   std::size_t pair_size_ = 0;

@@ -99,7 +99,10 @@ void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_bas
     const FieldModel& field = fields_[o.field];
     PathBank& bank = *banks_[field.group];
     if (field.basis.fields() > 1) {
-      bank.learn(field.places(path_points_), o.value, o.noise_variance);
+      labelled_.resize(field.basis.place_dimensions(), path_points_.cols());
+      labelled_.topRows(path_points_.rows()) = path_points_;
+      labelled_.bottomRows(1).setConstant(field.member);
+      bank.learn(labelled_, o.value, o.noise_variance);
     } else {
       bank.learn(path_points_, o.value, o.noise_variance);
     }

@@ -29,6 +29,7 @@ namespace {
 struct Case {
   MapHypotheses map;
   ObservationModelType model;
+  bool correlated = false;
 };
 
 class Allocations : public ::testing::TestWithParam<Case> {};
@@ -45,6 +46,7 @@ TEST_P(Allocations, NoneAfterWarmUp) {
   p.support.region = {-5.0, -5.0, 5.0, 5.0};
   p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
   p.odom_calibration.translation_stddev = 0.05;
+  if (GetParam().correlated) p.coregionalization = {{"all", {{"a", "b"}, {0.5}}}};
   GpLocalize filter(p, 1);
 
   SE2 truth;
@@ -73,7 +75,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{MapHypotheses::sample_paths,
                            ObservationModelType::online_pitc_assimilated},
                       Case{MapHypotheses::particle, ObservationModelType::online_pitc},
-                      Case{MapHypotheses::particle, ObservationModelType::fitc}));
+                      Case{MapHypotheses::particle, ObservationModelType::fitc},
+                      Case{MapHypotheses::particle, ObservationModelType::online_pitc, true},
+                      Case{MapHypotheses::sample_paths, ObservationModelType::online_pitc, true}));
 
 // The pose is lost and found again and again, so that the number of particles goes up and down.
 TEST(Allocations, NoneWhileTheNumberOfParticlesVaries) {

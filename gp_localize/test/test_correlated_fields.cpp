@@ -133,6 +133,16 @@ TEST_P(BothMaps, WithoutCorrelationTheyAreIndependent) {
   EXPECT_LT((a.prior_variance - b.prior_variance).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+test::CorrelatedFields dense_fields(const GpLocalizeParams& p) {
+  test::CorrelatedFields dense;
+  dense.b.resize(2, 2);
+  dense.b << 4.0, 2.0 * kCorrelation, 2.0 * kCorrelation, 1.0;
+  dense.lengths << kLength, kLength;
+  dense.support = make_field_models(p)[0].basis.support();
+  dense.jitter = p.support.jitter;
+  return dense;
+}
+
 /// An exact path, one slice: the group is the dense Gaussian process over places and fields.
 TEST_P(BothMaps, OneFieldTeachesTheOther) {
   GpLocalizeParams p = params(0.999);
@@ -179,6 +189,37 @@ TEST_P(BothMaps, OneFieldTeachesTheOther) {
   EXPECT_EQ(2, result.nis_dof);
 }
 
+/// FITC is PITC whose slices are single steps: both fields of a step are one block.
+TEST(CorrelatedFields, FitcTakesStepsAsIndependent) {
+  GpLocalizeParams p = params();
+  p.observation_model = ObservationModelType::fitc;
+  p.initial_cov_xx = p.initial_cov_yy = p.initial_cov_aa = 0.0;
+  p.odometry_noise = {0.0, 0.0, 0.0, 0.0};
+  p.particles = 4;
+  p.support.size = 25;
+  GpLocalize filter(p, 1);
+  test::CorrelatedFields dense = dense_fields(p);
+  std::vector<test::Read> reads;
+  const World world(2);
+  SE2 pose;
+  for (int t = 0; t < 20; ++t) {
+    const SE2 delta(0.3, 0.0, 0.15);
+    pose = pose * delta;
+    filter.predict({seconds(t), seconds(t + 1), delta});
+    const double a = world.a(pose.translation()), b = 0.5 * (a - 5.0) - 3.0 + 0.1 * (t % 3);
+    filter.update({seconds(t + 1), {}, {{0, a, 0.0}, {1, b, 0.0}}});
+    reads.push_back({pose.translation(), 0, a - 5.0, kNoise * kNoise, t});
+    reads.push_back({pose.translation(), 1, b + 3.0, kNoise * kNoise, t});
+  }
+  const Eigen::Vector2d query = pose.translation() + Eigen::Vector2d(0.3, -0.2);
+  const auto predicted = filter.predict_field(query);
+  const auto expected = dense.regress(reads, query, {0, 1}, -1);
+  for (int f : {0, 1}) {
+    EXPECT_NEAR(expected.mean[f] + (f == 0 ? 5.0 : -3.0), predicted.mean(f, 0), 1e-5);
+    EXPECT_NEAR(expected.covariance(f, f) + kNoise * kNoise, predicted.variance(f, 0), 1e-5);
+  }
+}
+
 TEST_P(BothMaps, ARunEndsNearTheTruth) {
   GpLocalizeParams p = params();
   p.map_hypotheses = GetParam();
@@ -196,12 +237,7 @@ TEST_P(BothMaps, ARunEndsNearTheTruth) {
 /// PITC of the survey in slices of 50 readings of each field, by dense matrices.
 test::JointMoments survey_regression(const GpLocalizeParams& p, const Eigen::Vector2d& query) {
   const FieldSurvey all = merge(read_survey(p.survey, {}), {"a", "b"});
-  test::CorrelatedFields dense;
-  dense.b.resize(2, 2);
-  dense.b << 4.0, 2.0 * kCorrelation, 2.0 * kCorrelation, 1.0;
-  dense.lengths << kLength, kLength;
-  dense.support = make_field_models(p)[0].basis.support();
-  dense.jitter = p.support.jitter;
+  const test::CorrelatedFields dense = dense_fields(p);
   std::vector<test::Read> reads;
   for (Eigen::Index i = 0; i < all.values.size(); ++i) {
     const int f = static_cast<int>(all.places(2, i));
