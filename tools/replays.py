@@ -78,3 +78,9 @@ def speed(directory, duration):
     with open(directory / "timing.csv") as f:
         seconds = [float(row["step_s"]) for row in csv.DictReader(f)]
     return 1.0 / statistics.mean(seconds), duration / sum(seconds)
+
+
+def table(header, rows):
+    """Of texts, in Markdown."""
+    lines = ["| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header)] + rows]
+    return "\n".join(lines) + "\n"

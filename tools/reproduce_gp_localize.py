@@ -225,11 +225,6 @@ HEADER = ["run", "fields", "start", "method", "seeds", "median of mean error [m]
           "better than the paper's (12-13), same seed", "in 90 % ellipse", "says lost"]
 
 
-def table(header, rows):
-    lines = ["| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header)] + rows]
-    return "\n".join(lines) + "\n"
-
-
 def odometry_rows(experiment, result):
     scaled = result["odometry, best scale"]
     return [[experiment.name, "", "", "odometry alone", "", f"{result['odometry']['position_error_mean_m']:.2f}"] +
@@ -327,7 +322,7 @@ def main():
     if not rows:
         return
     plot_errors(samples, arguments.output / "errors.png")
-    text = table(HEADER, rows)
+    text = replays.table(HEADER, rows)
     (arguments.output / "table.md").write_text(text)
     page = arguments.page
     page.parent.mkdir(parents=True, exist_ok=True)

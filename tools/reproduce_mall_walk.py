@@ -22,22 +22,24 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 
 MAGNETIC = ["mag_vertical_uT", "mag_horizontal_uT"]  # the norm is made of these two
-NEAR_M = 20.0       # the map is what was read so near to the odometry's path ...
-FEWEST = 50         # ... and at least at so many places
-FEWEST_READINGS = 10
+KINDS = {"magnetic": ("magnetic",), "WiFi": ("wifi",), "WiFi and magnetic": ("wifi", "magnetic")}
+KERNEL = {"magnetic": "squared_exponential", "wifi": "matern32"}
+NOISE = {"magnetic": 3.0, "wifi": 6.0}  # uT, dB: from one walk to another, not within one
+NEAR_M, FEWEST, FEWEST_READINGS = 20.0, 50, 10  # the map is what was read so near to the odometry's path
 ACCESS_POINTS, ALIKE = 6, 0.95
+MAPPED_M, MAPPED_SHARE = 3.0, 1.0 / 3.0  # of the odometry's path, near to the map's places: localize
 COMMON = {
-    "mode": "localization", "particles": 500, "likelihood_noise_scale": 1.0, "slice_size": 10,
+    "mode": "localization", "particles": 400, "likelihood_noise_scale": 1.0, "lost": {"recovery_share": 0.0},
     "odom_alpha1": 0.02, "odom_alpha2": 0.003, "odom_alpha3": 0.2, "odom_alpha4": 0.0,
-    "odom_calibration": {"translation_stddev": 0.15},
+    "odom_calibration": {"translation_stddev": 0.15}, "field_offset": {"stddev": 0.3, "memory": 100.0},
+    "map_resolution": 2.0,
 }
+# A step is from one reading to the next: 0.5 s, or 2.5 s where only WiFi is read, and its noise grows with its square.
+SCANS_ONLY = {"odom_alpha2": 0.0006, "odom_alpha3": 0.04}
 YAW_STDDEV = 0.3    # between the phone's heading and that of the walk at its start
-OFFSET = {"field_offset": {"stddev": 0.5, "memory": 100.0}}
+SUPPORT = 200
+EXPONENTS = (0.25, 0.5)
 STARTS = {"exact start": 0.0, "start +- 2 m, 0.1 rad": 1.0}
-FIELDS = {"magnetic": ("magnetic",), "WiFi": ("wifi",), "WiFi and magnetic": ("wifi", "magnetic")}
-CANDIDATES = {f"{fields}, exponent {exponent}{', level estimated' if offset else ''}":
-              (FIELDS[fields], {"likelihood_exponent": exponent, **offset})
-              for fields, exponent, offset in itertools.product(FIELDS, (1.0, 0.25), ({}, OFFSET))}
 
 
 def fresh(values):
@@ -64,12 +66,19 @@ class Walk:
     def table(self, names):
         return np.stack([self.fields[name] for name in names], axis=1)
 
-    def dead_reckoned(self):
-        """The odometry's places from the true start."""
-        x, y, yaw = self.truth[0, 1:]
-        turn = yaw - self.odometry[0, 3]
-        moved = (self.odometry[:, 1] + 1j * self.odometry[:, 2] - complex(*self.odometry[0, 1:3])) * np.exp(1j * turn)
+    def start(self, rough=0.0, seed=0):
+        """The true start, or one off by a draw."""
+        return self.truth[0, 1:] + rough * np.random.default_rng(seed).normal(0.0, [2.0, 2.0, 0.1])
+
+    def dead_reckoned(self, start=None):
+        """The odometry's places from a start, the true one by default."""
+        x, y, yaw = self.start() if start is None else start
+        moved = self.odometry[:, 1] + 1j * self.odometry[:, 2] - complex(*self.odometry[0, 1:3])
+        moved *= np.exp(1j * (yaw - self.odometry[0, 3]))
         return np.stack([moved.real + x, moved.imag + y], axis=1)
+
+    def length(self):
+        return float(np.hypot(*np.diff(self.truth[:, 1:3], axis=0).T).sum())
 
 
 def distances(a, b):
@@ -93,16 +102,6 @@ def access_points(walks):
     return [names[i] for i in taken[:ACCESS_POINTS]]
 
 
-def between_walks(walks, name, radius):
-    """Noise of a field from one walk to another: RMS of the differences within a radius, over the root of two."""
-    squares = []
-    for a, b in itertools.combinations(walks, 2):
-        i, j = np.nonzero(distances(a.places, b.places) < radius)
-        difference = a.fields[name][i] - b.fields[name][j]
-        squares.extend(difference[np.isfinite(difference)] ** 2)
-    return math.sqrt(statistics.mean(squares) / 2.0), len(squares)
-
-
 class Mall:
     def __init__(self, data, output):
         self.output = output
@@ -110,23 +109,18 @@ class Mall:
         self.walks = [Walk(folder) for folder in sorted(data.glob("path*"))]
         self.choosing, self.reported = self.walks[::2], self.walks[1::2]
         self.names = {"magnetic": MAGNETIC, "wifi": access_points(self.choosing)}
-        self.fields = {}
-        for kind, kernel, radius in (("magnetic", "squared_exponential", 1.0), ("wifi", "matern32", 3.0)):
-            self.learn(kind, kernel, radius)
+        self.fields = {name: field for kind in KERNEL for name, field in self.learn(kind).items()}
 
-    def learn(self, kind, kernel, radius):
-        """Hyperparameters from the walks that choose; noise is what differs between them where they meet."""
+    def learn(self, kind):
+        """Hyperparameters from the walks that choose, with the noise between walks."""
         file, names = self.output / f"{kind}.yaml", self.names[kind]
         if not file.exists():
             survey = write_survey(self.output / f"{kind}.csv", names, np.concatenate([w.places for w in self.choosing]),
                                   np.concatenate([w.table(names) for w in self.choosing]))
-            replays.run("rosrun", "gp_localize", "learn_hyperparameters", "--survey", survey, "--kernel", kernel,
+            replays.run("rosrun", "gp_localize", "learn_hyperparameters", "--survey", survey, "--kernel", KERNEL[kind],
                         "--starts", 2, "--support", 400, "--output", file)
-        for name, learned in yaml.safe_load(file.read_text())["fields"].items():
-            noise, pairs = between_walks(self.choosing, name, radius)
-            learned["noise_stddev"] = max(noise, learned["noise_stddev"])
-            self.fields[name] = learned
-            print(f"{name}: {learned}, noise {noise:.2f} from {pairs} pairs", file=sys.stderr)
+        learned = yaml.safe_load(file.read_text())["fields"]
+        return {name: {**field, "noise_stddev": NOISE[kind]} for name, field in learned.items()}
 
     def survey(self, walk):
         """What the others read near the odometry's path; the fields that were read there."""
@@ -135,19 +129,28 @@ class Mall:
         places = np.concatenate([other.places for other in others])
         values = np.concatenate([other.table(names) for other in others])
         distance = distances(places, walk.dead_reckoned()).min(axis=1)
-        near = distance <= max(NEAR_M, np.sort(distance)[FEWEST])
+        near = distance <= max(NEAR_M, np.sort(distance)[FEWEST])  # or the nearest, where there is little
         read = [i for i in range(len(names)) if np.isfinite(values[near, i]).sum() >= FEWEST_READINGS]
         kept = [names[i] for i in read]
         return write_survey(self.output / f"{walk.name}_others.csv", kept, places[near], values[near][:, read]), kept
 
+    def others(self, walk):
+        return np.concatenate([other.places for other in self.walks if other is not walk])
+
+    def mapped(self, walk):
+        """Share of the odometry's path that is near to the map's places: known before anything is localized."""
+        return float((distances(walk.dead_reckoned(), self.others(walk)).min(axis=1) < MAPPED_M).mean())
+
     def covered(self, walk):
-        """Share of the walk within 2 m of another one."""
-        others = np.concatenate([other.places for other in self.walks if other is not walk])
-        return float((distances(walk.places, others).min(axis=1) < 2.0).mean())
+        """Share of the walk itself within 2 m of another: only to read the results by."""
+        return float((distances(walk.places, self.others(walk)).min(axis=1) < 2.0).mean())
 
     def bag(self, walk):
         """The walk with repeated WiFi values taken out."""
         folder = self.output / walk.name
+        bag = self.output / f"{walk.name}.bag"
+        if bag.exists():
+            return replays.Run(walk.name, bag)
         folder.mkdir(exist_ok=True)
         names = MAGNETIC + self.names["wifi"]
         for kind, poses in (("odom", walk.odometry), ("truth", walk.truth)):
@@ -158,35 +161,152 @@ class Mall:
                                np.c_[walk.stamps, values][seen])
         return replays.recording(folder, self.output)
 
-    def configuration(self, walk, kinds, changes, start, seed):
-        survey, mapped = self.survey(walk)
-        names = [name for kind in kinds for name in self.names[kind] if name in mapped]
-        rough = STARTS[start]
-        x, y, yaw = walk.truth[0, 1:] + rough * np.random.default_rng(seed).normal(0.0, [2.0, 2.0, 0.1])
+    def configuration(self, walk, kinds, exponent, rough, seed):
+        """None where no field of these was read near by."""
+        survey, read = self.survey(walk)
+        fields = {name: dict(self.fields[name]) for kind in KINDS[kinds] for name in self.names[kind] if name in read}
+        for name in set(fields).intersection(MAGNETIC):  # the level around here; no position is needed
+            fields[name]["mean"] = float(np.nanmean(walk.fields[name]))
+        x, y, yaw = (float(v) for v in walk.start(rough, seed))
         xy, angle = max(4.0 * rough, 1e-4), YAW_STDDEV**2 + 0.01 * rough
-        low, high = walk.dead_reckoned().min(axis=0) - NEAR_M, walk.dead_reckoned().max(axis=0) + NEAR_M
-        return {**COMMON, **changes, "fields": {name: self.fields[name] for name in names},
-                "survey": str(survey), "initial_pose_x": float(x), "initial_pose_y": float(y),
-                "initial_pose_a": float(yaw), "initial_cov_xx": xy, "initial_cov_yy": xy, "initial_cov_aa": angle,
-                "map_resolution": 2.0,
-                "support": {"selection": "survey", "size": 150, "jitter": 1e-6,
-                            "region": [float(v) for v in (*low, *high)]}}
+        path = walk.dead_reckoned()
+        region = [float(v) for v in (*(path.min(axis=0) - NEAR_M), *(path.max(axis=0) + NEAR_M))]
+        return fields and {
+            **COMMON, **(SCANS_ONLY if kinds == "WiFi" else {}), "likelihood_exponent": exponent, "fields": fields,
+            "survey": str(survey), "initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw,
+            "initial_cov_xx": xy, "initial_cov_yy": xy, "initial_cov_aa": angle,
+            "support": {"selection": "survey", "size": SUPPORT, "jitter": 1e-6, "region": region}}
 
-    def errors(self, walk, candidate, start, seed):
-        if not self.configuration(walk, CANDIDATES[candidate][0], {}, start, seed)["fields"]:
-            return None
-        label = "_".join([walk.name, candidate, start, str(seed)])
-        folder = self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+    def folder(self, walk, kinds, exponent, start, seed):
+        label = "_".join([walk.name, kinds, str(exponent), start, str(seed)])
+        return self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+
+    def errors(self, walk, kinds, exponent, start, seed):
+        """field_eval's numbers of one replay; kept in a file. Without a map the estimate is odometry."""
+        folder = self.folder(walk, kinds, exponent, start, seed)
         result = folder / "result.json"
         if not result.exists():
+            values = self.configuration(walk, kinds, exponent, STARTS[start], seed)
+            if not values:
+                found = self.errors(walk, "magnetic", exponent, start, seed)
+                return {**found, "estimate": found["odometry"]}
             folder.mkdir(exist_ok=True)
-            config = folder / "config.yaml"
-            config.write_text(yaml.safe_dump(self.configuration(walk, *CANDIDATES[candidate], start, seed)))
-            run = self.bag(walk)
+            config, run = folder / "config.yaml", self.bag(walk)
+            config.write_text(yaml.safe_dump(values))
             run.replay(config, seed, folder)
-            trajectories, _ = run.evaluate(folder)
-            result.write_text(json.dumps(trajectories))
+            result.write_text(json.dumps(run.evaluate(folder)[0]))
         return json.loads(result.read_text())
+
+
+def rms(result, name):
+    return result[name]["position_error_rmse_m"]
+
+
+def median_over_seeds(results, key="position_error_rmse_m"):
+    return statistics.median(result["estimate"][key] for result in results)
+
+
+def choose(mall):
+    """The candidate with the least mean RMS on the choosing walks that are mapped, and the table of all."""
+    rows, scores = [], {}
+    for kinds, exponent in itertools.product(KINDS, EXPONENTS):
+        results = {walk.name: mall.errors(walk, kinds, exponent, "exact start", 1) for walk in mall.choosing}
+        on_map = [rms(results[walk.name], "estimate") for walk in mall.choosing if mall.mapped(walk) >= MAPPED_SHARE]
+        scores[kinds, exponent] = statistics.mean(on_map)
+        everywhere = statistics.median(rms(r, "estimate") for r in results.values())
+        rows.append([kinds, str(exponent), f"{everywhere:.2f}", f"{scores[kinds, exponent]:.2f}"])
+        print(*rows[-1], file=sys.stderr, flush=True)
+    odometry = [rms(results[walk.name], "odometry") for walk in mall.choosing]
+    on_map = [error for error, walk in zip(odometry, mall.choosing) if mall.mapped(walk) >= MAPPED_SHARE]
+    rows.append(["odometry alone", "", f"{statistics.median(odometry):.2f}", f"{statistics.mean(on_map):.2f}"])
+    return min(scores, key=scores.get), rows
+
+
+def report(mall, chosen, seeds):
+    """Per walk that did not choose, and medians over them: by start, with the rule everywhere and only where there is a map."""
+    rows, columns = [], {}
+    for walk in mall.reported:
+        results = {start: [mall.errors(walk, *chosen, start, seed) for seed in range(1, seeds + 1)] for start in STARTS}
+        exact, rough = results.values()
+        is_mapped = mall.mapped(walk) >= MAPPED_SHARE
+        off = [walk.dead_reckoned(walk.start(1.0, seed)) for seed in range(1, seeds + 1)]
+        truth = recordings.at(walk.truth, walk.odometry[:, 0])[:, 1:3]
+        off = statistics.median(math.sqrt(((path - truth) ** 2).sum(axis=1).mean()) for path in off)
+        inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in exact)
+        scale = "odometry, best scale"
+        values = [rms(exact[0], "odometry"), rms(exact[0], scale), median_over_seeds(exact), off,
+                  median_over_seeds(rough), exact[0]["odometry"]["position_error_mean_m"],
+                  exact[0][scale]["position_error_mean_m"], median_over_seeds(exact, "position_error_mean_m")]
+        columns[walk.name] = (is_mapped, values)
+        rows.append([walk.name, f"{walk.length():.0f}", f"{100 * mall.mapped(walk):.0f} %",
+                     f"{100 * mall.covered(walk):.0f} %", *(f"{v:.2f}" for v in values[:5]), f"{100 * inside:.0f} %"])
+    return rows, columns
+
+
+def summary(columns):
+    """Medians over the walks of: odometry, best scale, the filter, and the filter only where the path is mapped."""
+    rows = []
+    for name, odometry, scaled, estimate in (("RMS, exact start", 0, 1, 2), ("mean, exact start", 5, 6, 7),
+                                             ("RMS, start +- 2 m, 0.1 rad", 3, None, 4)):
+        for group in ("all", "mapped"):
+            some = [(m, v) for m, v in columns.values() if m or group == "all"]
+            lists = [[v[odometry] for _, v in some], [v[scaled] for _, v in some] if scaled else None,
+                     [v[estimate] for _, v in some], [v[estimate if m else odometry] for m, v in some]]
+            ratios = [v[estimate if m else odometry] / v[odometry] for m, v in some]
+            rows.append([name, f"{group} ({len(some)})",
+                         *(f"{statistics.median(one):.2f}" if one else "-" for one in lists),
+                         f"{statistics.median(ratios):.2f}"])
+    return rows
+
+
+def plot(mall, chosen, columns, file):
+    """RMS by walk; the reported walk that has most of a map, over the places of the others."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5))
+    names = list(columns)
+    at = np.arange(len(names))
+    for offset, column, label, colour in ((-0.25, 0, "odometry", "tab:red"), (0.0, 1, "odometry, best scale", "tab:orange"),
+                                          (0.25, 2, "gp_localize", "tab:blue")):
+        left.bar(at + offset, [columns[name][1][column] for name in names], 0.25, label=label, color=colour)
+    left.set_xticks(at)
+    left.set_xticklabels([name + ("\nmapped" if columns[name][0] else "") for name in names], rotation=45, fontsize=8)
+    left.set_ylabel("RMS position error [m], exact start")
+    left.legend()
+    walk = max(mall.reported, key=mall.mapped)
+    folder = mall.folder(walk, *chosen, "exact start", 1)
+    estimate = np.loadtxt(folder / "estimate.csv", delimiter=",", skiprows=1)
+    right.plot(*mall.others(walk).T, ".", color="0.75", markersize=3, label="the others' places")
+    right.plot(*walk.truth[:, 1:3].T, color="black", label="truth")
+    right.plot(*walk.dead_reckoned().T, color="tab:red", label="odometry")
+    right.plot(*estimate[:, 1:3].T, color="tab:blue", label="gp_localize")
+    low, high = walk.places.min(axis=0) - 12.0, walk.places.max(axis=0) + 12.0
+    right.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", title=walk.name)
+    right.set_aspect("equal")
+    right.legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(file, dpi=90)
+    plt.close(figure)
+
+
+MARK = "<!-- written by tools/reproduce_mall_walk.sh -->\n"
+
+
+def write_page(page, mall, chosen, candidates, rows, columns, seeds):
+    page.parent.mkdir(parents=True, exist_ok=True)
+    plot(mall, chosen, columns, page.with_suffix(".png"))
+    mapped = "path within 3 m of the map"
+    text = [f"{len(mall.choosing)} walks chose, {len(mall.reported)} are reported. Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
+            "Choosing walks, RMS position error [m], exact start, one seed:\n",
+            replays.table(["fields", "exponent", "median, all", "mean, mapped"], candidates),
+            f"Reported walks, medians over walks of the position error [m] (of each the median of {seeds} seeds). "
+            '"Where mapped": odometry alone where less than a third of its path is near the map.\n',
+            replays.table(["error", "walks", "odometry", "odometry, best scale", "gp_localize everywhere",
+                           "gp_localize where mapped", "median ratio to odometry, where mapped"], summary(columns)),
+            "RMS position error [m] by walk; the rough start of odometry is the filter's own:\n",
+            replays.table(["walk", "length [m]", mapped, "truly within 2 m", "odometry", "best scale", "gp_localize",
+                           "odometry, rough start", "gp_localize, rough start", "in 90 % ellipse, exact"], rows),
+            f"![RMS by walk, and one walk]({page.stem}.png)\n"]
+    before = page.read_text().split(MARK)[0] if page.exists() else "# Walks in a shopping mall\n\n"
+    page.write_text(before + MARK + "\n" + "\n".join(text))
 
 
 def main():
@@ -195,14 +315,14 @@ def main():
         parser.add_argument(name, type=pathlib.Path, required=True)
     parser.add_argument("--seeds", type=int, default=3)
     arguments = parser.parse_args()
-    if not list(arguments.data.glob("path*")):
-        print(f"skipped: {arguments.data} is not there", file=sys.stderr)
+    if len(list(arguments.data.glob("path*"))) < 4:
+        print(f"skipped: {arguments.data} has no walks (path*)", file=sys.stderr)
         return
     mall = Mall(arguments.data, arguments.output)
-    for candidate in CANDIDATES:
-        for walk in mall.choosing:
-            r = mall.errors(walk, candidate, "exact start", 1) or {}
-            print(candidate, walk.name, f"{mall.covered(walk):.2f}", *(f"{k} {v['position_error_rmse_m']:.2f}" for k, v in r.items()), flush=True)
+    chosen, candidates = choose(mall)
+    rows, columns = report(mall, chosen, arguments.seeds)
+    write_page(arguments.page, mall, chosen, candidates, rows, columns, arguments.seeds)
+    print(arguments.page.read_text())
 
 
 if __name__ == "__main__":
