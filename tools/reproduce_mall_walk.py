@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Walks with a phone in a shopping mall: each is localized in the map that the other walks made (WiFi and magnetic field).
+"""Walks with a phone in a shopping mall: each is localized in the map that the others made (WiFi, magnetic field).
 
 The rule is chosen on every second walk and scored on the others. Writes the page, its table and its picture.
 """
@@ -34,8 +34,6 @@ COMMON = {
     "odom_calibration": {"translation_stddev": 0.15}, "field_offset": {"stddev": 0.3, "memory": 100.0},
     "map_resolution": 2.0,
 }
-# A step is from one reading to the next: 0.5 s, or 2.5 s where only WiFi is read, and its noise grows with its square.
-SCANS_ONLY = {"odom_alpha2": 0.0006, "odom_alpha3": 0.04}
 YAW_STDDEV = 0.3    # between the phone's heading and that of the walk at its start
 SUPPORT = 200
 EXPONENTS = (0.25, 0.5)
@@ -162,18 +160,19 @@ class Mall:
         return replays.recording(folder, self.output)
 
     def configuration(self, walk, kinds, exponent, rough, seed):
-        """None where no field of these was read near by."""
         survey, read = self.survey(walk)
         fields = {name: dict(self.fields[name]) for kind in KINDS[kinds] for name in self.names[kind] if name in read}
         for name in set(fields).intersection(MAGNETIC):  # the level around here; no position is needed
             fields[name]["mean"] = float(np.nanmean(walk.fields[name]))
+        if kinds == "WiFi":  # a reading that says nothing makes the same steps: errors are then over the same times
+            fields[MAGNETIC[0]] = {**self.fields[MAGNETIC[0]], "noise_stddev": 1e6}
         x, y, yaw = (float(v) for v in walk.start(rough, seed))
         xy, angle = max(4.0 * rough, 1e-4), YAW_STDDEV**2 + 0.01 * rough
         path = walk.dead_reckoned()
         region = [float(v) for v in (*(path.min(axis=0) - NEAR_M), *(path.max(axis=0) + NEAR_M))]
-        return fields and {
-            **COMMON, **(SCANS_ONLY if kinds == "WiFi" else {}), "likelihood_exponent": exponent, "fields": fields,
-            "survey": str(survey), "initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw,
+        return {
+            **COMMON, "likelihood_exponent": exponent, "fields": fields, "survey": str(survey),
+            "initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw,
             "initial_cov_xx": xy, "initial_cov_yy": xy, "initial_cov_aa": angle,
             "support": {"selection": "survey", "size": SUPPORT, "jitter": 1e-6, "region": region}}
 
@@ -182,17 +181,13 @@ class Mall:
         return self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
 
     def errors(self, walk, kinds, exponent, start, seed):
-        """field_eval's numbers of one replay; kept in a file. Without a map the estimate is odometry."""
+        """field_eval's numbers of one replay; kept in a file."""
         folder = self.folder(walk, kinds, exponent, start, seed)
         result = folder / "result.json"
         if not result.exists():
-            values = self.configuration(walk, kinds, exponent, STARTS[start], seed)
-            if not values:
-                found = self.errors(walk, "magnetic", exponent, start, seed)
-                return {**found, "estimate": found["odometry"]}
             folder.mkdir(exist_ok=True)
             config, run = folder / "config.yaml", self.bag(walk)
-            config.write_text(yaml.safe_dump(values))
+            config.write_text(yaml.safe_dump(self.configuration(walk, kinds, exponent, STARTS[start], seed)))
             run.replay(config, seed, folder)
             result.write_text(json.dumps(run.evaluate(folder)[0]))
         return json.loads(result.read_text())
@@ -223,7 +218,7 @@ def choose(mall):
 
 
 def report(mall, chosen, seeds):
-    """Per walk that did not choose, and medians over them: by start, with the rule everywhere and only where there is a map."""
+    """By walk that did not choose: rows of the page; whether it is mapped, and its errors, for `summary` and `plot`."""
     rows, columns = [], {}
     for walk in mall.reported:
         results = {start: [mall.errors(walk, *chosen, start, seed) for seed in range(1, seeds + 1)] for start in STARTS}
@@ -264,9 +259,9 @@ def plot(mall, chosen, columns, file):
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5))
     names = list(columns)
     at = np.arange(len(names))
-    for offset, column, label, colour in ((-0.25, 0, "odometry", "tab:red"), (0.0, 1, "odometry, best scale", "tab:orange"),
-                                          (0.25, 2, "gp_localize", "tab:blue")):
-        left.bar(at + offset, [columns[name][1][column] for name in names], 0.25, label=label, color=colour)
+    for i, label, colour in ((0, "odometry", "tab:red"), (1, "odometry, best scale", "tab:orange"),
+                             (2, "gp_localize", "tab:blue")):
+        left.bar(at + 0.25 * (i - 1), [columns[name][1][i] for name in names], 0.25, label=label, color=colour)
     left.set_xticks(at)
     left.set_xticklabels([name + ("\nmapped" if columns[name][0] else "") for name in names], rotation=45, fontsize=8)
     left.set_ylabel("RMS position error [m], exact start")
@@ -294,7 +289,8 @@ def write_page(page, mall, chosen, candidates, rows, columns, seeds):
     page.parent.mkdir(parents=True, exist_ok=True)
     plot(mall, chosen, columns, page.with_suffix(".png"))
     mapped = "path within 3 m of the map"
-    text = [f"{len(mall.choosing)} walks chose, {len(mall.reported)} are reported. Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
+    text = [f"{len(mall.choosing)} walks chose, {len(mall.reported)} are reported. "
+            f"Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
             "Choosing walks, RMS position error [m], exact start, one seed:\n",
             replays.table(["fields", "exponent", "median, all", "mean, mapped"], candidates),
             f"Reported walks, medians over walks of the position error [m] (of each the median of {seeds} seeds). "
