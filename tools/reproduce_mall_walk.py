@@ -197,73 +197,80 @@ def rms(result, name):
     return result[name]["position_error_rmse_m"]
 
 
-def median_over_seeds(results, key="position_error_rmse_m"):
-    return statistics.median(result["estimate"][key] for result in results)
-
-
 def choose(mall):
     """The candidate with the least mean RMS on the choosing walks that are mapped, and the table of all."""
     rows, scores = [], {}
+    walks = [walk for walk in mall.choosing if mall.mapped(walk) >= MAPPED_SHARE]
     for kinds, exponent in itertools.product(KINDS, EXPONENTS):
-        results = {walk.name: mall.errors(walk, kinds, exponent, "exact start", 1) for walk in mall.choosing}
-        on_map = [rms(results[walk.name], "estimate") for walk in mall.choosing if mall.mapped(walk) >= MAPPED_SHARE]
-        scores[kinds, exponent] = statistics.mean(on_map)
-        everywhere = statistics.median(rms(r, "estimate") for r in results.values())
-        rows.append([kinds, str(exponent), f"{everywhere:.2f}", f"{scores[kinds, exponent]:.2f}"])
+        results = [mall.errors(walk, kinds, exponent, "exact start", 1) for walk in walks]
+        scores[kinds, exponent] = statistics.mean(rms(r, "estimate") for r in results)
+        rows.append([kinds, str(exponent), *(f"{rms(r, 'estimate'):.2f}" for r in results)])
         print(*rows[-1], file=sys.stderr, flush=True)
-    odometry = [rms(results[walk.name], "odometry") for walk in mall.choosing]
-    on_map = [error for error, walk in zip(odometry, mall.choosing) if mall.mapped(walk) >= MAPPED_SHARE]
-    rows.append(["odometry alone", "", f"{statistics.median(odometry):.2f}", f"{statistics.mean(on_map):.2f}"])
-    return min(scores, key=scores.get), rows
+    rows.append(["odometry alone", "", *(f"{rms(r, 'odometry'):.2f}" for r in results)])
+    return min(scores, key=scores.get), [["fields", "exponent", *(walk.name for walk in walks)]] + rows
+
+
+def rough_odometry(walk, seed):
+    """RMS of odometry from the start that the filter is given."""
+    away = walk.dead_reckoned(walk.start(1.0, seed)) - recordings.at(walk.truth, walk.odometry[:, 0])[:, 1:3]
+    return math.sqrt((away**2).sum(axis=1).mean())
 
 
 def report(mall, chosen, seeds):
-    """By walk that did not choose: rows of the page; whether it is mapped, and its errors, for `summary` and `plot`."""
-    rows, columns = [], {}
+    """By walk that did not choose: whether it is mapped, its errors by name, and its row of the page."""
+    found = {}
     for walk in mall.reported:
-        results = {start: [mall.errors(walk, *chosen, start, seed) for seed in range(1, seeds + 1)] for start in STARTS}
-        exact, rough = results.values()
-        is_mapped = mall.mapped(walk) >= MAPPED_SHARE
-        off = [walk.dead_reckoned(walk.start(1.0, seed)) for seed in range(1, seeds + 1)]
-        truth = recordings.at(walk.truth, walk.odometry[:, 0])[:, 1:3]
-        off = statistics.median(math.sqrt(((path - truth) ** 2).sum(axis=1).mean()) for path in off)
+        seeded = range(1, seeds + 1)
+        mapped = mall.mapped(walk)
+        replayed = {start: [mall.errors(walk, *chosen, start, seed) for seed in seeded]
+                    for start, rough in STARTS.items() if mapped >= MAPPED_SHARE or not rough}
+        exact, rough = replayed["exact start"], replayed.get("start +- 2 m, 0.1 rad")
+        errors = {}
+        for kind, key in (("RMS", "position_error_rmse_m"), ("mean", "position_error_mean_m")):
+            errors[kind] = [exact[0]["odometry"][key], exact[0]["odometry, best scale"][key],
+                            statistics.median(r["estimate"][key] for r in exact)]
+        errors["rough"] = [statistics.median(rough_odometry(walk, seed) for seed in seeded), None,
+                           rough and statistics.median(rms(r, "estimate") for r in rough)]
         inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in exact)
-        scale = "odometry, best scale"
-        values = [rms(exact[0], "odometry"), rms(exact[0], scale), median_over_seeds(exact), off,
-                  median_over_seeds(rough), exact[0]["odometry"]["position_error_mean_m"],
-                  exact[0][scale]["position_error_mean_m"], median_over_seeds(exact, "position_error_mean_m")]
-        columns[walk.name] = (is_mapped, values)
-        rows.append([walk.name, f"{walk.length():.0f}", f"{100 * mall.mapped(walk):.0f} %",
-                     f"{100 * mall.covered(walk):.0f} %", *(f"{v:.2f}" for v in values[:5]), f"{100 * inside:.0f} %"])
-    return rows, columns
+        spread = [rms(r, "estimate") for r in exact]
+        row = [walk.name, f"{walk.length():.0f}", f"{100 * mapped:.0f} %", f"{100 * mall.covered(walk):.0f} %",
+               *map(number, errors["RMS"]), f"{min(spread):.2f} to {max(spread):.2f}", f"{100 * inside:.0f} %",
+               number(errors["rough"][0]), number(errors["rough"][2])]
+        print(*row, file=sys.stderr, flush=True)
+        found[walk.name] = (mapped >= MAPPED_SHARE, errors, row)
+    return found
 
 
-def summary(columns):
-    """Medians over the walks of: odometry, best scale, the filter, and the filter only where the path is mapped."""
+def number(value):
+    return "-" if value is None else f"{value:.2f}"
+
+
+def summary(found):
+    """Medians over the walks of: odometry, best scale, the filter everywhere, and only where the path is mapped."""
     rows = []
-    for name, odometry, scaled, estimate in (("RMS, exact start", 0, 1, 2), ("mean, exact start", 5, 6, 7),
-                                             ("RMS, start +- 2 m, 0.1 rad", 3, None, 4)):
+    for name, kind in (("RMS, exact start", "RMS"), ("mean, exact start", "mean"),
+                       ("RMS, start +- 2 m, 0.1 rad", "rough")):
         for group in ("all", "mapped"):
-            some = [(m, v) for m, v in columns.values() if m or group == "all"]
-            lists = [[v[odometry] for _, v in some], [v[scaled] for _, v in some] if scaled else None,
-                     [v[estimate] for _, v in some], [v[estimate if m else odometry] for m, v in some]]
-            ratios = [v[estimate if m else odometry] / v[odometry] for m, v in some]
+            some = [(mapped, errors[kind]) for mapped, errors, _ in found.values() if mapped or group == "all"]
+            gated = [values[2 if mapped else 0] for mapped, values in some]
+            columns = [*zip(*(values for _, values in some)), gated]
+            ratio = statistics.median(value / values[0] for value, (_, values) in zip(gated, some)) if some else None
             rows.append([name, f"{group} ({len(some)})",
-                         *(f"{statistics.median(one):.2f}" if one else "-" for one in lists),
-                         f"{statistics.median(ratios):.2f}"])
+                         *(number(None if None in column else statistics.median(column)) for column in columns),
+                         number(ratio)])
     return rows
 
 
-def plot(mall, chosen, columns, file):
+def plot(mall, chosen, found, file):
     """RMS by walk; the reported walk that has most of a map, over the places of the others."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5))
-    names = list(columns)
+    names = list(found)
     at = np.arange(len(names))
     for i, label, colour in ((0, "odometry", "tab:red"), (1, "odometry, best scale", "tab:orange"),
                              (2, "gp_localize", "tab:blue")):
-        left.bar(at + 0.25 * (i - 1), [columns[name][1][i] for name in names], 0.25, label=label, color=colour)
+        left.bar(at + 0.25 * (i - 1), [found[name][1]["RMS"][i] for name in names], 0.25, label=label, color=colour)
     left.set_xticks(at)
-    left.set_xticklabels([name + ("\nmapped" if columns[name][0] else "") for name in names], rotation=45, fontsize=8)
+    left.set_xticklabels([name + ("\nmapped" if found[name][0] else "") for name in names], rotation=45, fontsize=8)
     left.set_ylabel("RMS position error [m], exact start")
     left.legend()
     walk = max(mall.reported, key=mall.mapped)
@@ -285,22 +292,22 @@ def plot(mall, chosen, columns, file):
 MARK = "<!-- written by tools/reproduce_mall_walk.sh -->\n"
 
 
-def write_page(page, mall, chosen, candidates, rows, columns, seeds):
+def write_page(page, mall, chosen, candidates, found, seeds):
     page.parent.mkdir(parents=True, exist_ok=True)
-    plot(mall, chosen, columns, page.with_suffix(".png"))
-    mapped = "path within 3 m of the map"
+    plot(mall, chosen, found, page.with_suffix(".png"))
     text = [f"{len(mall.choosing)} walks chose, {len(mall.reported)} are reported. "
             f"Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
-            "Choosing walks, RMS position error [m], exact start, one seed:\n",
-            replays.table(["fields", "exponent", "median, all", "mean, mapped"], candidates),
+            "Choosing walks that are mapped: RMS position error [m], exact start, one seed:\n",
+            replays.table(candidates[0], candidates[1:]),
             f"Reported walks, medians over walks of the position error [m] (of each the median of {seeds} seeds). "
             '"Where mapped": odometry alone where less than a third of its path is near the map.\n',
             replays.table(["error", "walks", "odometry", "odometry, best scale", "gp_localize everywhere",
-                           "gp_localize where mapped", "median ratio to odometry, where mapped"], summary(columns)),
-            "RMS position error [m] by walk; the rough start of odometry is the filter's own:\n",
-            replays.table(["walk", "length [m]", mapped, "truly within 2 m", "odometry", "best scale", "gp_localize",
-                           "odometry, rough start", "gp_localize, rough start", "in 90 % ellipse, exact"], rows),
-            f"![RMS by walk, and one walk]({page.stem}.png)\n"]
+                           "gp_localize where mapped", "ratio to odometry, where mapped"], summary(found)),
+            "RMS position error [m] by walk:\n",
+            replays.table(["walk", "length [m]", "odometry's path within 3 m of the map", "truth within 2 m", "odometry",
+                           "odometry, best scale", "gp_localize", "over seeds", "in 90 % ellipse",
+                           "odometry, rough start", "gp_localize, rough start"], [row for *_, row in found.values()]),
+            f"![RMS by walk, and the walk that has most of a map]({page.stem}.png)\n"]
     before = page.read_text().split(MARK)[0] if page.exists() else "# Walks in a shopping mall\n\n"
     page.write_text(before + MARK + "\n" + "\n".join(text))
 
@@ -316,8 +323,8 @@ def main():
         return
     mall = Mall(arguments.data, arguments.output)
     chosen, candidates = choose(mall)
-    rows, columns = report(mall, chosen, arguments.seeds)
-    write_page(arguments.page, mall, chosen, candidates, rows, columns, arguments.seeds)
+    found = report(mall, chosen, arguments.seeds)
+    write_page(arguments.page, mall, chosen, candidates, found, arguments.seeds)
     print(arguments.page.read_text())
 
 
