@@ -220,8 +220,7 @@ def report(mall, chosen, seeds):
     """By walk that did not choose: whether it is mapped, its errors by name, and its row of the page."""
     found = {}
     for walk in mall.reported:
-        mapped = mall.mapped(walk)
-        seeded = range(1, (seeds if mapped >= MAPPED_SHARE else 1) + 1)
+        mapped, seeded = mall.mapped(walk), range(1, seeds + 1)
         replayed = {start: [mall.errors(walk, *chosen, start, seed) for seed in seeded]
                     for start, rough in STARTS.items() if mapped >= MAPPED_SHARE or not rough}
         exact, rough = replayed["exact start"], replayed.get("start +- 2 m, 0.1 rad")
@@ -229,7 +228,7 @@ def report(mall, chosen, seeds):
         for kind, key in (("RMS", "position_error_rmse_m"), ("mean", "position_error_mean_m")):
             errors[kind] = [exact[0]["odometry"][key], exact[0]["odometry, best scale"][key],
                             statistics.median(r["estimate"][key] for r in exact)]
-        errors["rough"] = [statistics.median(rough_odometry(walk, seed) for seed in range(1, seeds + 1)), None,
+        errors["rough"] = [statistics.median(rough_odometry(walk, seed) for seed in seeded), None,
                            rough and statistics.median(rms(r, "estimate") for r in rough)]
         inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in exact)
         spread = [rms(r, "estimate") for r in exact]
@@ -299,14 +298,13 @@ def write_page(page, mall, chosen, candidates, found, seeds):
             f"Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
             "Choosing walks that are mapped: RMS position error [m], exact start, one seed:\n",
             replays.table(candidates[0], candidates[1:]),
-            f"Reported walks, medians over walks of the position error [m] (of a mapped walk the median of "
-            f"{seeds} seeds, of the others one seed). "
+            f"Reported walks, medians over walks of the position error [m] (of each the median of {seeds} seeds). "
             '"Where mapped": odometry alone where less than a third of its path is near the map.\n',
             replays.table(["error", "walks", "odometry", "odometry, best scale", "gp_localize everywhere",
                            "gp_localize where mapped", "ratio to odometry, where mapped"], summary(found)),
             "RMS position error [m] by walk:\n",
-            replays.table(["walk", "length [m]", "odometry's path within 3 m of the map", "truth within 2 m", "odometry",
-                           "odometry, best scale", "gp_localize", "over seeds", "in 90 % ellipse",
+            replays.table(["walk", "length [m]", "odometry's path within 3 m of the map", "truth within 2 m",
+                           "odometry", "odometry, best scale", "gp_localize", "over seeds", "in 90 % ellipse",
                            "odometry, rough start", "gp_localize, rough start"], [row for *_, row in found.values()]),
             f"![RMS by walk, and the walk that has most of a map]({page.stem}.png)\n"]
     before = page.read_text().split(MARK)[0] if page.exists() else "# Walks in a shopping mall\n\n"
