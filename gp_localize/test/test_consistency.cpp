@@ -119,7 +119,7 @@ TEST(Consistency, NeesWhileMappingUntilTheFirstLoopCloses) {
 // Until a lap is closed hardly anything tells a good path from a bad one. Closing it does, and
 // chooses among the paths of the first lap that the particles happened to take: at 60 steps the
 // full likelihood leaves 500 particles about 8 such paths, and the NEES is 5.8. Its root chooses
-// more slowly, so that enough of them stay.
+// more slowly, so that enough of them stay until here; after more laps they do not either.
 TEST(Consistency, NeesWhileMappingAfterTheLoopHasClosed) {
   GpLocalizeParams p = params();
   p.likelihood_exponent = 0.5;
