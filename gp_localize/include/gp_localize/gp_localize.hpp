@@ -62,6 +62,7 @@ class GpLocalize {
   static std::vector<std::string> run_parameters() {
     return {"mode",
             "survey",
+            "survey_correlation",
             "particles",
             "adaptive",
             "lost",
