@@ -1,15 +1,15 @@
-// Correlated fields in the whole estimator: what they teach each other, runs in a world whose
-// fields are correlated, and what the configuration refuses.
+// Correlated fields in the whole estimator: what they teach each other, and runs in a world whose
+// fields are correlated.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
+#include <functional>
 
 #include "correlated_reference.hpp"
-#include "field_core/errors.hpp"
+#include "correlated_world.hpp"
 #include "gp_localize/gp_localize.hpp"
 #include "gp_localize/survey.hpp"
 
@@ -18,97 +18,6 @@ using field_core::SE2;
 using std::chrono::seconds;
 
 namespace {
-
-constexpr double kLength = 1.5, kNoise = 0.2, kCorrelation = 0.8;
-
-GpLocalizeParams params(double correlation = kCorrelation) {
-  GpLocalizeParams p;
-  FieldParams f;
-  f.noise_stddev = kNoise;
-  f.length_scales = {kLength, kLength};
-  f.mean = 5.0;
-  f.signal_stddev = 2.0;
-  p.fields["a"] = f;
-  f.mean = -3.0;
-  f.signal_stddev = 1.0;
-  p.fields["b"] = f;
-  p.coregionalization["room"] = {{"a", "b"}, {correlation}};
-  p.particles = 200;
-  p.sample_paths = 100;
-  p.slice_size = 8;
-  p.likelihood_noise_scale = 1.0;  // the model is true here
-  p.support.region = {-4.0, -2.0, 4.0, 6.0};
-  p.support.size = 64;
-  p.initial_cov_xx = p.initial_cov_yy = 0.01;
-  p.initial_cov_aa = 0.001;
-  p.odometry_noise = {0.01, 0.002, 0.02, 0.005};
-  return p;
-}
-
-/// Two draws of one process by random Fourier features, mixed to be correlated.
-class World {
- public:
-  explicit World(int seed, double correlation = kCorrelation)
-      : random_(seed), correlation_(correlation) {
-    for (int i = 0; i < kWaves; ++i) {
-      for (int f : {0, 1}) {
-        waves_[f].row(i) << random_.normal() / kLength, random_.normal() / kLength;
-        phases_[f][i] = random_.uniform(0.0, 2.0 * M_PI);
-      }
-    }
-  }
-  double a(const Eigen::Vector2d& p) const { return 5.0 + 2.0 * draw(0, p); }
-  double b(const Eigen::Vector2d& p) const {
-    const double rest = std::sqrt(1.0 - correlation_ * correlation_);
-    return -3.0 + correlation_ * draw(0, p) + rest * draw(1, p);
-  }
-  /// Drives a circle; now and then a field, or both, are not read. The mean error.
-  double run(GpLocalize& filter, int steps, bool only_b = false) {
-    const field_core::OdometryMotionModel motion({0.01, 0.002, 0.02, 0.005});
-    double error = 0.0;
-    for (int t = 0; t < steps; ++t, ++time_) {
-      const SE2 delta(0.3, 0.0, 0.15);
-      truth_ = motion.sample(truth_, field_core::OdometryMotion::from(delta), random_);
-      filter.predict({seconds(time_), seconds(time_ + 1), delta});
-      const Eigen::Vector2d at = truth_.translation();
-      field_core::Sample sample{seconds(time_ + 1), {}, {}};
-      if (only_b || time_ % 4 != 1)
-        sample.readings.push_back({1, b(at) + kNoise * random_.normal(), 0.0});
-      if (!only_b && time_ % 3 != 1)
-        sample.readings.push_back({0, a(at) + kNoise * random_.normal(), 0.0});
-      if (!sample.readings.empty()) {
-        EXPECT_TRUE(filter.update(sample).applied);
-      }
-      error += (filter.belief().mean.translation() - at).norm() / steps;
-    }
-    return error;
-  }
-  /// a at two of three places, b at every `nth`.
-  void write_survey(const std::string& file, int nth = 1) {
-    std::ofstream csv(file);
-    csv << "x_m,y_m,a,b\n";
-    for (int i = 0; i < 17 * 17; ++i) {
-      const Eigen::Vector2d at(-4.0 + 0.5 * (i % 17), -2.0 + 0.5 * (i / 17));
-      csv << at.x() << "," << at.y() << ",";
-      if (i % 3 != 0) csv << a(at) + kNoise * random_.normal();
-      csv << ",";
-      if (i % nth == nth / 3) csv << b(at) + kNoise * random_.normal();
-      csv << "\n";
-    }
-  }
-
- private:
-  double draw(int f, const Eigen::Vector2d& p) const {
-    return std::sqrt(2.0 / kWaves) * (waves_[f] * p + phases_[f]).array().cos().sum();
-  }
-  static constexpr int kWaves = 200;
-  field_core::Random random_;
-  double correlation_;
-  Eigen::Matrix<double, kWaves, 2> waves_[2];
-  Eigen::Matrix<double, kWaves, 1> phases_[2];
-  SE2 truth_;
-  int time_ = 0;
-};
 
 class BothMaps : public ::testing::TestWithParam<MapHypotheses> {};
 INSTANTIATE_TEST_SUITE_P(Maps, BothMaps,
@@ -143,6 +52,26 @@ test::CorrelatedFields dense_fields(const GpLocalizeParams& p) {
   return dense;
 }
 
+using ReadAt = std::function<std::vector<test::Read>(int step, const Eigen::Vector2d& at)>;
+
+/// A filter with exact odometry drives a circle and gets the readings of `read_at`; all of them,
+/// and where it ends.
+std::vector<test::Read> drive(GpLocalize& filter, int steps, const ReadAt& read_at, SE2& pose) {
+  std::vector<test::Read> all;
+  for (int t = 0; t < steps; ++t) {
+    const SE2 delta(0.3, 0.0, 0.15);
+    pose = pose * delta;
+    filter.predict({seconds(t), seconds(t + 1), delta});
+    field_core::Sample sample{seconds(t + 1), {}, {}};
+    for (const test::Read& read : read_at(t, pose.translation())) {
+      sample.readings.push_back({read.field, read.value + (read.field == 0 ? 5.0 : -3.0), 0.0});
+      all.push_back(read);
+    }
+    EXPECT_TRUE(filter.update(sample).applied);
+  }
+  return all;
+}
+
 /// An exact path, one slice: the group is the dense Gaussian process over places and fields.
 TEST_P(BothMaps, OneFieldTeachesTheOther) {
   GpLocalizeParams p = params(0.999);
@@ -158,17 +87,12 @@ TEST_P(BothMaps, OneFieldTeachesTheOther) {
   dense.b << 4.0, 2.0 * 0.999, 2.0 * 0.999, 1.0;
   dense.lengths << kLength, kLength;
   dense.support = Eigen::Vector2d(0.0, 0.0);  // plays no part in one block
-  std::vector<test::Read> reads;
   const World world(2);
+  const ReadAt only_a = [&](int, const Eigen::Vector2d& at) {
+    return std::vector<test::Read>{{at, 0, world.a(at) - 5.0, kNoise * kNoise, 0}};
+  };
   SE2 pose;
-  for (int t = 0; t < 25; ++t) {
-    const SE2 delta(0.3, 0.0, 0.15);
-    pose = pose * delta;
-    filter.predict({seconds(t), seconds(t + 1), delta});
-    const double value = world.a(pose.translation());
-    ASSERT_TRUE(filter.update({seconds(t + 1), {}, {{0, value, 0.0}}}).applied);
-    reads.push_back({pose.translation(), 0, value - 5.0, kNoise * kNoise, 0});
-  }
+  const std::vector<test::Read> reads = drive(filter, 25, only_a, pose);
   const Eigen::Vector2d query = pose.translation() + Eigen::Vector2d(0.1, 0.2);
   const auto predicted = filter.predict_field(query);
   const auto expected = dense.regress(reads, query, {0, 1}, 0);
@@ -198,19 +122,15 @@ TEST(CorrelatedFields, FitcTakesStepsAsIndependent) {
   p.particles = 4;
   p.support.size = 25;
   GpLocalize filter(p, 1);
-  test::CorrelatedFields dense = dense_fields(p);
-  std::vector<test::Read> reads;
+  const test::CorrelatedFields dense = dense_fields(p);
   const World world(2);
+  const ReadAt both = [&](int t, const Eigen::Vector2d& at) {
+    const double a = world.a(at) - 5.0;
+    return std::vector<test::Read>{{at, 0, a, kNoise * kNoise, t},
+                                   {at, 1, 0.5 * a + 0.1 * (t % 3), kNoise * kNoise, t}};
+  };
   SE2 pose;
-  for (int t = 0; t < 20; ++t) {
-    const SE2 delta(0.3, 0.0, 0.15);
-    pose = pose * delta;
-    filter.predict({seconds(t), seconds(t + 1), delta});
-    const double a = world.a(pose.translation()), b = 0.5 * (a - 5.0) - 3.0 + 0.1 * (t % 3);
-    filter.update({seconds(t + 1), {}, {{0, a, 0.0}, {1, b, 0.0}}});
-    reads.push_back({pose.translation(), 0, a - 5.0, kNoise * kNoise, t});
-    reads.push_back({pose.translation(), 1, b + 3.0, kNoise * kNoise, t});
-  }
+  const std::vector<test::Read> reads = drive(filter, 20, both, pose);
   const Eigen::Vector2d query = pose.translation() + Eigen::Vector2d(0.3, -0.2);
   const auto predicted = filter.predict_field(query);
   const auto expected = dense.regress(reads, query, {0, 1}, -1);
@@ -353,68 +273,6 @@ TEST(CorrelatedFields, CandidatesAreWeighedByTheJointLikelihood) {
     EXPECT_LT((posterior.probability - expected).cwiseAbs().maxCoeff(), 1e-7);
   }
   EXPECT_NEAR(1.5, posteriors[1].values(3, 7), 1e-12);  // signal_stddev of b: 1 times 1.5
-}
-
-class Refused : public ::testing::Test {
- protected:
-  void expect(const std::vector<std::string>& parts) const {
-    try {
-      p.validate();
-      FAIL() << "not refused; expected: " << parts.front();
-    } catch (const field_core::ParameterError& error) {
-      for (const std::string& part : parts) {
-        EXPECT_NE(std::string::npos, std::string(error.what()).find(part)) << error.what();
-      }
-    }
-  }
-  CoregionalizationParams& room() { return p.coregionalization.at("room"); }
-  GpLocalizeParams p = params();
-};
-
-TEST_F(Refused, NotUnlessSomethingIsWrong) { EXPECT_NO_THROW(p.validate()); }
-TEST_F(Refused, AFieldThatIsNotThere) {
-  room().fields[1] = "c";
-  expect({"coregionalization/room/fields", "'c'", "add it"});
-}
-TEST_F(Refused, AFieldTwice) {
-  p.coregionalization["house"] = {{"b", "a"}, {0.1}};
-  expect({"coregionalization/room/fields", "'a'", "one group only"});
-}
-TEST_F(Refused, AGroupOfOne) {
-  room() = {{"a"}, {}};
-  expect({"coregionalization/room/fields", "two or more"});
-}
-TEST_F(Refused, TheWrongNumberOfCorrelations) {
-  room().correlations.push_back(0.1);
-  expect({"coregionalization/room/correlations", "2 fields need 1"});
-}
-TEST_F(Refused, CorrelationsThatContradictEachOther) {
-  p.fields["c"] = p.fields["b"];
-  room() = {{"a", "b", "c"}, {0.9, 0.9, -0.9}};
-  expect({"coregionalization/room/correlations", "'c'", "closer to 0", "--coregionalize"});
-  room() = {{"a", "b", "c"}, {1.0, 0.0, 0.0}};
-  expect({"coregionalization/room/correlations", "'b'"});
-}
-TEST_F(Refused, OtherLengthScalesOrKernels) {
-  p.fields["b"].length_scales[1] = 1.6;
-  expect({"coregionalization/room/fields", "'b'", "'a'", "--coregionalize"});
-  p = params();
-  p.fields["b"].kernel = field_core::KernelType::matern32;
-  expect({"coregionalization/room/fields", "'b'", "make them the same"});
-}
-TEST_F(Refused, WhatIsNotOffered) {
-  p.outlier_share = 0.1;
-  expect({"outlier_share", "coregionalization"});
-  p = params();
-  p.support.noisy = true;
-  expect({"support/noisy", "coregionalization"});
-  p = params();
-  p.map_hypotheses = MapHypotheses::sample_paths;
-  p.observation_model = ObservationModelType::full_gp;
-  expect({"observation_model", "online_pitc_assimilated"});
-  p = params();
-  p.support.size = 201;
-  expect({"support/size", "at most 200"});
 }
 
 }  // namespace
