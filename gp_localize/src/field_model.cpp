@@ -116,10 +116,15 @@ Place FieldModel::place(const Place& x) const {
 }
 
 Places FieldModel::places(const Eigen::Ref<const Places>& x) const {
-  Places at(basis.place_dimensions(), x.cols());
+  Places at;
+  places(x, at);
+  return at;
+}
+
+void FieldModel::places(const Eigen::Ref<const Places>& x, Places& at) const {
+  at.resize(basis.place_dimensions(), x.cols());
   at.topRows(x.rows()) = x;
   if (basis.fields() > 1) at.bottomRows(1).setConstant(member);
-  return at;
 }
 
 std::vector<FieldModel> make_field_models(const GpLocalizeParams& params) {

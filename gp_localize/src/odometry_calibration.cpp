@@ -16,8 +16,7 @@ bool OdometryCalibrationModel::active() const {
 
 OdometryCalibration OdometryCalibrationModel::draw(field_core::Random& random) const {
   if (!active()) return {};
-  if (params_.calibrated_probability > 0.0 &&
-      random.uniform(0.0, 1.0) < params_.calibrated_probability) {
+  if (params_.calibrated_probability > 0.0 && random.uniform() < params_.calibrated_probability) {
     return {};
   }
   return {std::exp(params_.translation_stddev * random.normal()),

@@ -75,6 +75,7 @@ class ParticleMap : public MapModel {
   void grow_all(const Eigen::Vector2d& place);
   void compute_features(int field, std::size_t count);
   void share_among_all(std::size_t particles);
+  /// Every particle with the map of its candidates before the run: a copy each, if they differ.
   void start_from_initial();
   double log_density(double error, double variance, double signal_variance) const;
   void close_slices();

@@ -325,8 +325,10 @@ class Panels final : public PathPanels {
         count,          coefficients_.data(), static_cast<T>(noise_variance),
         scratch_.data()};
     if (basis.fields() > 1) {
-      Places at = Places::Constant(3, nodes, field.a);
+      if (labelled_nodes_.cols() == 0) labelled_nodes_.resize(3, kMostNodes);
+      auto at = labelled_nodes_.leftCols(nodes);
       at.topRows(2) = box_.nodes();
+      at.bottomRows(1).setConstant(field.a);
       predict_nodes(p_, batch(basis, at, field, 0.0), predictions);
     } else {
       predict_nodes(p_, batch(basis, box_.nodes(), field, 0.0), predictions);
@@ -351,7 +353,7 @@ class Panels final : public PathPanels {
   std::vector<T> prior_;          // what p_.prior is
   std::vector<int> open_fields_;  // of the open slice's measurements
   std::vector<double> exact_features_, second_features_;
-  Places labelled_, second_places_;  // places with the number of a field
+  Places labelled_, second_places_, labelled_nodes_;  // places with the number of a field
   // Of readings weighed together: [reading] and [reading a][reading b], each panels x places x
   // kPanel; the lower triangle, in the end the covariances.
   std::size_t pair_size_ = 0;

@@ -73,7 +73,8 @@ void SamplePathMap::weigh_group(const ParticleSet& particles,
     }
     bank.add_joint(points_, readings_, total, moments_);
   } else if (field.basis.fields() > 1) {
-    bank.add(field.places(points_), first.value, first.likelihood_variance, total, moments_[0]);
+    field.places(points_, labelled_points_);
+    bank.add(labelled_points_, first.value, first.likelihood_variance, total, moments_[0]);
   } else {
     bank.add(points_, first.value, first.likelihood_variance, total, moments_[0]);
   }
@@ -99,9 +100,7 @@ void SamplePathMap::learn(const ParticleSet& particles, const SE2& sensor_in_bas
     const FieldModel& field = fields_[o.field];
     PathBank& bank = *banks_[field.group];
     if (field.basis.fields() > 1) {
-      labelled_.resize(field.basis.place_dimensions(), path_points_.cols());
-      labelled_.topRows(path_points_.rows()) = path_points_;
-      labelled_.bottomRows(1).setConstant(field.member);
+      field.places(path_points_, labelled_);
       bank.learn(labelled_, o.value, o.noise_variance);
     } else {
       bank.learn(path_points_, o.value, o.noise_variance);

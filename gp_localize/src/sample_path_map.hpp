@@ -49,9 +49,9 @@ class SamplePathMap : public MapModel {
   int steps_in_slice_ = 0;
   // Kept between steps: of the particles, and of the paths.
   Places points_, path_points_;
-  Places labelled_;                 // path_points_ with the number of a field
-  std::vector<std::size_t> which_;  // observations of a group
-  std::vector<Reading> readings_;   // the same
+  Places labelled_points_, labelled_;  // the same with the number of a field
+  std::vector<std::size_t> which_;     // observations of a group
+  std::vector<Reading> readings_;      // the same
   std::vector<Eigen::Matrix2Xd> moments_;
   std::vector<double> weights_;
   std::vector<int> drawn_;

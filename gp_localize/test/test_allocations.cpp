@@ -79,6 +79,33 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{MapHypotheses::particle, ObservationModelType::online_pitc, true},
                       Case{MapHypotheses::sample_paths, ObservationModelType::online_pitc, true}));
 
+// One field of a group alone is weighed otherwise than both.
+TEST(Allocations, NoneForOneFieldOfAGroup) {
+  GpLocalizeParams p;
+  FieldParams f;
+  f.length_scales = {2.0, 2.0};
+  p.fields = {{"a", f}, {"b", f}};
+  p.coregionalization = {{"all", {{"a", "b"}, {0.5}}}};
+  p.map_hypotheses = MapHypotheses::sample_paths;
+  p.particles = 200;
+  p.sample_paths = 30;
+  p.support.region = {-5.0, -5.0, 5.0, 5.0};
+  p.odometry_noise = {0.01, 0.01, 0.01, 0.01};
+  GpLocalize filter(p, 1);
+  SE2 truth;
+  field_core::Sample sample{seconds(0), {}, {{0, 0.0, 0.0}}};
+  long before = 0;
+  for (int t = 0; t < 600; ++t) {
+    if (t == 300) before = allocations;
+    truth = truth * SE2(0.3, 0.0, 0.15);
+    sample.stamp = seconds(t + 1);
+    sample.readings[0] = {t % 2, std::sin(truth.x()), 0.0};
+    filter.predict({seconds(t), seconds(t + 1), SE2(0.3, 0.0, 0.15)});
+    ASSERT_TRUE(filter.update(sample).applied);
+  }
+  EXPECT_EQ(allocations - before, 0);
+}
+
 // The pose is lost and found again and again, so that the number of particles goes up and down.
 TEST(Allocations, NoneWhileTheNumberOfParticlesVaries) {
   GpLocalizeParams p;

@@ -25,8 +25,9 @@ struct FieldModel {
   double signal_variance() const { return basis.prior(member, member); }
   /// The basis' place of this field at `x`, which is without the field's number.
   Place place(const Place& x) const;
-  /// Likewise many, d x n.
+  /// Likewise many, d x n; the second allocates only where `at` has another size.
   Places places(const Eigen::Ref<const Places>& x) const;
+  void places(const Eigen::Ref<const Places>& x, Places& at) const;
 };
 
 /// One field's measurement of a step.
@@ -47,8 +48,8 @@ std::vector<FieldModel> make_field_models(const GpLocalizeParams& params);
 std::vector<int> first_fields(const std::vector<FieldModel>& fields);
 
 /// For each field, its model under every combination of params.candidates: length scales vary
-/// fastest, then noise, signal and survey_correlation; those of correlated fields all take the same multiples. One
-/// support set each, that of the configured model.
+/// fastest, then noise, signal and survey_correlation; those of correlated fields all take the
+/// same multiples. One support set each, that of the configured model.
 std::vector<std::vector<FieldModel>> make_candidates(const GpLocalizeParams& params,
                                                      const std::vector<FieldModel>& fields);
 
