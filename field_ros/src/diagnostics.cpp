@@ -162,6 +162,9 @@ DiagnosticStatus estimator_status(const std::string& name, const HealthSnapshot&
     add(status, "skipped " + reason, std::to_string(count));
   for (const auto& [reason, count] : c.noted) add(status, "noted " + reason, std::to_string(count));
   add(status, "lost", now.health.lost ? now.health.reason : "no");
+  if (now.health.paths_left > 0.0) {
+    add(status, "past paths left to the particles", number(now.health.paths_left));
+  }
   add(status, "steps while lost", std::to_string(c.lost));
   add(status, "recoveries", std::to_string(c.recoveries));
   add(status, "states saved", std::to_string(now.states_saved));

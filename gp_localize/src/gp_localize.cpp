@@ -29,6 +29,7 @@ GpLocalize::GpLocalize(const Params& params, std::uint64_t seed)
       models_(make_field_models(params)),
       map_(make_map_model(params, models_)),
       health_(params.lost),
+      lineage_(params.diversity, params.particles),
       bins_(params.particles) {
   for (const FieldModel& model : models_) infos_.push_back(model.info);
   reserve();
@@ -64,6 +65,7 @@ void GpLocalize::draw_start() {
   updated_ = false;
   moved_distance_ = moved_angle_ = 0.0;
   health_.restart();
+  lineage_.restart(particles_.size());
   summarize();
 }
 
@@ -134,9 +136,10 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   if (!moved_enough()) return UpdateResult::skipped("not moved enough");
   map_->weigh(particles_, sample.sensor_in_base, observations_, log_weights_, innovation_);
   const UpdateResult result = normalized_innovation();
+  const double exponent =
+      params_.likelihood_exponent * (rests_on_paths() ? lineage_.tempering(particles_) : 1.0);
   for (std::size_t i = 0; i < log_weights_.size(); ++i) {
-    log_weights_[i] =
-        params_.likelihood_exponent * log_weights_[i] + std::log(particles_[i].weight);
+    log_weights_[i] = exponent * log_weights_[i] + std::log(particles_[i].weight);
   }
   if (!normalize_log_weights(log_weights_)) {
     return UpdateResult::skipped("no particle explains the measurement");
@@ -148,11 +151,18 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   }
   summarize();
   health_.add(result, covariance_);
+  lineage_.step();
   resample_if_needed();
   updated_ = true;
   moved_distance_ = moved_angle_ = 0.0;
   stamp_ = sample.stamp;
   return result;
+}
+
+field_core::Health GpLocalize::health() const {
+  field_core::Health health = health_.health();
+  if (rests_on_paths()) health.paths_left = lineage_.paths_left(particles_);
+  return health;
 }
 
 UpdateResult GpLocalize::normalized_innovation() const {
@@ -203,6 +213,7 @@ void GpLocalize::become_children() {
   }
   resampled_.swap(particles_);
   map_->resampled(ancestors_);
+  lineage_.resampled(ancestors_);
 }
 
 /// From the weighted particles: resampling only adds variance.

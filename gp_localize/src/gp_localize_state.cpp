@@ -23,6 +23,7 @@ field_core::State GpLocalize::state() const {
   state.set("updated", updated_ ? 1.0 : 0.0);
   state.set("moved", Eigen::MatrixXd(Eigen::Vector2d(moved_distance_, moved_angle_)));
   state.set("health", health_.numbers());
+  lineage_.save(state);
   state.set("known_map", params_.known_map() ? 1.0 : 0.0);
   map_->save(state);
   return state;
@@ -45,6 +46,8 @@ void GpLocalize::restore(const field_core::State& state) {
   const auto stamp = field_core::Stamp(std::stoll(state.text("stamp_ns")));
   field_core::Random random(seed_);
   random.restore(state.text("random"));
+  Lineage lineage = lineage_;
+  lineage.restore(state, particles.cols());
   std::vector<int> each(particles.cols());
   std::iota(each.begin(), each.end(), 0);
   map_->restore(state, each);  // the last that can fail
@@ -57,6 +60,7 @@ void GpLocalize::restore(const field_core::State& state) {
   mean_ = SE2(Eigen::Vector3d(mean));
   covariance_ = covariance;
   health_.restore(health);
+  lineage_ = lineage;
   updated_ = updated;
   moved_distance_ = moved(0);
   moved_angle_ = moved(1);

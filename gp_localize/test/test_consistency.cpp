@@ -119,11 +119,21 @@ TEST(Consistency, NeesWhileMappingUntilTheFirstLoopCloses) {
 // Until a lap is closed hardly anything tells a good path from a bad one. Closing it does, and
 // chooses among the paths of the first lap that the particles happened to take: at 60 steps the
 // full likelihood leaves 500 particles about 8 such paths, and the NEES is 5.8. Its root chooses
-// more slowly, so that enough of them stay until here; after more laps they do not either.
+// more slowly, so that enough of them stay until here; after more laps they do not either, unless
+// the filter sees to it (below).
 TEST(Consistency, NeesWhileMappingAfterTheLoopHasClosed) {
   GpLocalizeParams p = params();
   p.likelihood_exponent = 0.5;
   const double mean = mean_nees(p, 60);
+  EXPECT_GT(mean, kLow);
+  EXPECT_LT(mean, kHigh);
+}
+
+// Nearly three laps, with the full likelihood: NEES 108 without `diversity`.
+TEST(Consistency, NeesWhileMappingLapAfterLapWithDiversity) {
+  GpLocalizeParams p = params();
+  p.diversity.paths = 100;
+  const double mean = mean_nees(p, 120);
   EXPECT_GT(mean, kLow);
   EXPECT_LT(mean, kHigh);
 }

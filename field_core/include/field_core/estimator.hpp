@@ -102,6 +102,8 @@ struct UpdateResult {
 struct Health {
   bool lost = false;
   const char* reason = "";
+  /// Effective number of different past paths that its map rests on; 0: no statement.
+  double paths_left = 0.0;
 };
 
 struct FieldInfo {

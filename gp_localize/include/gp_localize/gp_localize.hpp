@@ -17,6 +17,7 @@
 #include "field_core/random.hpp"
 #include "gp_localize/health_monitor.hpp"
 #include "gp_localize/kld_sampling.hpp"
+#include "gp_localize/lineage.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/params.hpp"
 
@@ -28,7 +29,7 @@ class GpLocalize {
  public:
   using Params = GpLocalizeParams;
   static constexpr const char* kName = "gp_localize";
-  static constexpr std::uint32_t kStateVersion = 3;
+  static constexpr std::uint32_t kStateVersion = 4;
 
   GpLocalize(const Params& params, std::uint64_t seed);
 
@@ -38,8 +39,9 @@ class GpLocalize {
   field_core::UpdateResult update(const field_core::Sample& sample);
 
   field_core::Belief belief() const;
-  /// Lost: innovations contradict the map over a window, or the position is too uncertain.
-  field_core::Health health() const { return health_.health(); }
+  /// Lost: innovations contradict the map over a window, or the position is too uncertain. Paths
+  /// are counted where each particle learns a map.
+  field_core::Health health() const;
   /// Mean calibration of the odometry over the particles.
   OdometryCalibration calibration() const;
   /// Of each field, where `candidates` are tried; empty otherwise.
@@ -65,6 +67,7 @@ class GpLocalize {
             "survey_correlation",
             "particles",
             "adaptive",
+            "diversity",
             "lost",
             "field_offset",
             "likelihood_noise_scale",
@@ -78,6 +81,10 @@ class GpLocalize {
  private:
   void reserve();
   bool moved_enough() const;
+  /// Each particle's map is learned along its own path.
+  bool rests_on_paths() const {
+    return params_.map_hypotheses == MapHypotheses::particle && params_.mode != Mode::localization;
+  }
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult normalized_innovation() const;
   void resample_if_needed();
@@ -96,6 +103,7 @@ class GpLocalize {
   std::vector<field_core::FieldInfo> infos_;
   std::unique_ptr<MapModel> map_;
   HealthMonitor health_;
+  Lineage lineage_;
   PoseBins bins_;
   ParticleSet particles_;
   std::vector<field_core::WeightedPose> weighted_poses_;  // of particles_ before resampling

@@ -196,6 +196,24 @@ struct AdaptiveParams {
   }
 };
 
+/// How many different pasts the particles keep, which is what their maps rest on. Closing a loop
+/// chooses among the paths that are left, and no later measurement brings one back; a filter that
+/// has used them up is sure of the last one.
+struct DiversityParams {
+  int paths = 100;
+  int horizon = 100;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("paths", paths, {0, 100000}, "1",
+             "while fewer different paths than this (or than a quarter of the particles) are left, "
+             "the likelihood is raised to the power of their share of it; 0: however few");
+    v.number("horizon", horizon, {1, 1000000}, "1",
+             "paths of this many to twice as many measurements ago are counted: more than the "
+             "robot takes to come back to where it was");
+  }
+};
+
 /// When the filter says that it is lost, and what it does then.
 struct HealthParams {
   double nis = 3.0;
@@ -224,6 +242,7 @@ struct GpLocalizeParams : field_core::MotionParams {
   double survey_correlation = 1.0;
   int particles = 400;
   AdaptiveParams adaptive;
+  DiversityParams diversity;
   HealthParams lost;
   MapHypotheses map_hypotheses = MapHypotheses::particle;
   int sample_paths = 400;
@@ -262,6 +281,9 @@ struct GpLocalizeParams : field_core::MotionParams {
              "conditions, as light on another day");
     v.number("particles", particles, {1, 100000}, "1", "particles of the filter, or most of them");
     v.group("adaptive", adaptive, "number of particles");
+    v.group("diversity", diversity,
+            "different paths that the particles' maps rest on (map_hypotheses: particle, modes "
+            "mapping and lifelong)");
     v.group("lost", lost, "when the filter is lost, and what it does then");
     v.choice("map_hypotheses", map_hypotheses,
              {{"sample_paths", MapHypotheses::sample_paths}, {"particle", MapHypotheses::particle}},
