@@ -83,7 +83,8 @@ TEST(Lineage, RefusesADamagedState) {
 
 GpLocalizeParams learning(int paths) {
   GpLocalizeParams p = resampling(exact_params());
-  p.diversity = wanted(paths, 8);
+  p.fields["light"].noise_stddev = 0.05;  // a world that it does not expect leaves few paths
+  p.diversity = wanted(paths, 30);
   return p;
 }
 
@@ -106,12 +107,10 @@ double effective_number(const GpLocalize& filter) {
   return 1.0 / squares;
 }
 
-// No resampling: the weights are the evidence to some power, their effective number that of the
-// paths. A world that the filter does not expect leaves few.
+// No resampling: the weights' effective number is that of the paths.
 TEST(Diversity, RaisesTheLikelihoodToThePowerThatKeepsPaths) {
   GpLocalizeParams p = learning(0);
   p.resample_threshold = 0.0;
-  p.fields["light"].noise_stddev = 0.05;
   p.diversity.horizon = 1000;
   GpLocalize plain(p, 1);
   p.diversity.paths = 15;
@@ -125,12 +124,25 @@ TEST(Diversity, RaisesTheLikelihoodToThePowerThatKeepsPaths) {
   EXPECT_GT(careful.health().paths_left, 1.2 * plain.health().paths_left);
 }
 
+TEST(Diversity, CountsThePathsOfTheHorizon) {
+  GpLocalizeParams p = learning(0);
+  p.diversity.horizon = 10;
+  GpLocalize recent(p, 1);
+  p.diversity.horizon = 1000;
+  GpLocalize all(p, 1);
+  Drive one, other;
+  one.steps(recent, 85);
+  other.steps(all, 85);
+  EXPECT_GT(recent.health().paths_left, 1.2 * all.health().paths_left);
+}
+
 TEST(Diversity, ARestoredStateGoesOnBitForBit) {
-  for (const int steps : {6, 20}) {
+  for (const int steps : {50, 80}) {
     GpLocalize original(learning(30), 5), copy(learning(30), 99);
     Drive drive;
     drive.steps(original, steps);
     copy.restore(original.state());
+    EXPECT_LT(original.health().paths_left, 15.0);
     EXPECT_EQ(original.health().paths_left, copy.health().paths_left);
     Drive same = drive;
     drive.steps(original, 15);
@@ -148,8 +160,8 @@ TEST(Diversity, IsOfNoConcernWhereNoPathCarriesAMap) {
   p.diversity.paths = 0;
   GpLocalize plain(p, 1);
   Drive one, other;
-  one.steps(shared, 20);
-  other.steps(plain, 20);
+  one.steps(shared, 80);
+  other.steps(plain, 80);
   EXPECT_EQ(shared.health().paths_left, 0.0);
   EXPECT_EQ(shared.belief().mean.vector(), plain.belief().mean.vector());
 }

@@ -194,6 +194,8 @@ class LiveBag(unittest.TestCase):
         values = self.diagnostics.values()
         self.assertEqual(values["clock resets"], "0")
         self.assertEqual(values["numerical errors"], "0")
+        paths = float(values["past paths left to the particles"])
+        self.assertTrue(1 <= paths <= self.config["particles"], paths)
         self.assertGreater(int(values["odometry messages"]), 0.95 * 5 * SECONDS)
         self.assertEqual(int(values["steps"]), int(values["applied"]) + sum(
             int(v) for k, v in values.items() if k.startswith("skipped ")))
