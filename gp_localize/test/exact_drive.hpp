@@ -19,6 +19,7 @@ inline GpLocalizeParams exact_params() {
   p.slice_size = kSlice;
   p.likelihood_noise_scale = 1.0;
   p.resample_threshold = 0.0;
+  p.diversity.paths = 0;
   p.support.region = {-3.0, -1.0, 3.0, 5.0};
   p.support.size = 25;
   p.support.jitter = 1e-6;
