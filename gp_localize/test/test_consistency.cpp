@@ -46,6 +46,7 @@ GpLocalizeParams params() {
   p.fields = {{"a", f}, {"b", f}};
   p.particles = 500;
   p.likelihood_noise_scale = 1.0;  // the model is true here
+  p.diversity.paths = 0;
   p.support.region = {-4.0, -2.0, 4.0, 6.0};
   p.support.size = 81;
   p.initial_cov_xx = p.initial_cov_yy = 0.01;
@@ -129,7 +130,8 @@ TEST(Consistency, NeesWhileMappingAfterTheLoopHasClosed) {
   EXPECT_LT(mean, kHigh);
 }
 
-// Nearly three laps, with the full likelihood: NEES 108 without `diversity`.
+// Nearly three laps, with the full likelihood: NEES 108 without `diversity`, 3.4 with it. (The
+// default of 50 paths has 3.7 after 100 steps and 4.1 here.)
 TEST(Consistency, NeesWhileMappingLapAfterLapWithDiversity) {
   GpLocalizeParams p = params();
   p.diversity.paths = 100;

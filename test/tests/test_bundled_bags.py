@@ -26,10 +26,10 @@ class Bounds(typing.NamedTuple):
 
 
 BOUNDS = {
-    "hall_light": Bounds((0.15, 1.2), 0.45, 1.5, (0.4, 0.98), (1.0, 20.0)),
     # Overcautious: all inside the ellipse on some seeds; the NEES bounds that from below.
-    "office_wifi": Bounds((0.15, 0.9), 0.15, 1.0, (0.85, 1.0), (0.7, 5.0)),
-    "warehouse_magnetic": Bounds((0.2, 2.0), 0.55, 3.0, (0.25, 0.97), (1.0, 40.0)),
+    "hall_light": Bounds((0.15, 1.2), 0.45, 1.5, (0.5, 1.0), (0.5, 6.0)),
+    "office_wifi": Bounds((0.15, 0.8), 0.12, 1.2, (0.85, 1.0), (0.25, 2.0)),
+    "warehouse_magnetic": Bounds((0.25, 1.6), 0.45, 3.5, (0.4, 0.97), (1.3, 10.0)),
 }
 
 

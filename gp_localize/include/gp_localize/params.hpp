@@ -200,7 +200,7 @@ struct AdaptiveParams {
 /// chooses among the paths that are left, and no later measurement brings one back; a filter that
 /// has used them up is sure of the last one.
 struct DiversityParams {
-  int paths = 100;
+  int paths = 50;
   int horizon = 100;
 
   template <class Visitor>
