@@ -39,7 +39,7 @@ METHODS = {
     "the paper (eq. 10-11)": {**PAPER, "observation_model": "online_pitc_assimilated"},
     "a map per particle": LEARNED,
     "a map per particle, scale estimated": {**LEARNED, **SCALE},
-    ONE_RULE: {**LEARNED, "odom_calibration": {"translation_stddev": 0.2, "calibrated_probability": 0.8}},
+    ONE_RULE: {**LEARNED, "odom_calibration": {"translation_stddev": 0.2, "calibrated_probability": 0.5}},
     "a map per particle, fixed hyperparameters": {},
     "a map per particle, fixed hyperparameters, scale estimated": SCALE,
     "fields correlated, fixed hyperparameters, scale estimated": SCALE,

@@ -12,7 +12,7 @@ from support.programs import ProgramTest, replay, run
 from support.runner import main
 
 # Folder: least and most mean position error [m], most as a share of odometry's. Less than with the map known
-# beforehand (docs/results/gp_localize.md) would be too good; seeds 1 to 3 have 0.88 to 1.22 and 0.46 to 0.70.
+# beforehand (docs/results/gp_localize.md) would be too good; seeds 1 to 3 have 0.88 to 1.17 and 0.44 to 0.64.
 BOUNDS = {"gpl_pioneer": (0.3, 1.7, 0.8), "gpl_ieq": (0.28, 1.5, 0.4)}
 
 
