@@ -25,7 +25,8 @@ def put(values, path, change):
     head, _, rest = path.partition("/")
     for key in list(values) if head == "*" else [head]:
         if rest:
-            for item in values[key] if isinstance(values[key], list) else [values[key]]:
+            inner = values.setdefault(key, {})
+            for item in inner if isinstance(inner, list) else [inner]:
                 put(item, rest, change)
         elif isinstance(values.get(key), list):
             values[key] = [change(v) for v in values[key]]
@@ -64,7 +65,8 @@ SWEEPS = {
         ("slice_size", to("slice_size"), [2, 5, 10, 20, 50]),
         ("likelihood_noise_scale", to("likelihood_noise_scale"), [1, 1.4, 2, 3, 4]),
         ("odom_alpha1..4, times", ODOMETRY, [0.1, 0.3, 1, 3, 10]),
-        ("length_scales, times", times("fields/*/length_scales"), [0.5, 0.7, 1, 1.4, 2])]),
+        ("length_scales, times", times("fields/*/length_scales"), [0.5, 0.7, 1, 1.4, 2]),
+        ("diversity/paths", to("diversity/paths"), [0, 25, 50, 100])]),
     "gmrf_slap": (["office_wifi"], True, [
         ("particles", to("particles"), [50, 100, 200, 400, 800]),
         ("grid/spacing [m]", spacing, [1.0, 1.25, 1.5, 2.0, 3.0]),
@@ -103,9 +105,16 @@ def measure(run, change, x, seeds, directory):
 
 
 def draw(node, sweeps, found, file):
-    figure, axes = plt.subplots(2, 3, figsize=(12, 6.4), constrained_layout=True)
-    for axis, (title, _, values) in zip(axes.flat, sweeps):
+    columns = (len(sweeps) + 1) // 2
+    figure, axes = plt.subplots(2, columns, figsize=(4 * columns, 6.4), constrained_layout=True)
+    for axis in axes.flat[len(sweeps):]:
+        axis.set_axis_off()
+    for i, (axis, (title, _, values)) in enumerate(zip(axes.flat, sweeps)):
         cost = axis.twinx()
+        if i % columns == 0:
+            axis.set_ylabel("mean position error [m]")
+        if i % columns == columns - 1 or i == len(sweeps) - 1:
+            cost.set_ylabel("dotted: step [ms]")
         for bag, by_title in found.items():
             errors = [by_title[title][x][0] for x in values]
             means = [statistics.mean(e) for e in errors]
@@ -125,9 +134,6 @@ def draw(node, sweeps, found, file):
         cost.set_ylim(bottom=0)
         axis.set_title(title, fontsize=10)
         axis.grid(alpha=0.3)
-    for row in axes:
-        row[0].set_ylabel("mean position error [m]")
-        figure.axes[6 + list(axes.flat).index(row[-1])].set_ylabel("dotted: step [ms]")
     axes.flat[0].legend(fontsize=8)
     figure.suptitle(f"{node}: one parameter at a time, the others as shipped", fontsize=11)
     figure.savefig(file, dpi=90)
