@@ -7,7 +7,7 @@
 
 namespace gp_localize {
 
-Lineage::Lineage(const DiversityParams& params, int most) : params_(params), most_(most), weights_(most) {
+Lineage::Lineage(const DiversityParams& params, int most) : params_(params), weights_(most) {
   for (auto* numbers : {&recent_, &old_, &scratch_}) numbers->reserve(most);
 }
 
@@ -41,7 +41,7 @@ double Lineage::paths_left(const ParticleSet& particles) const {
 
 double Lineage::tempering(const ParticleSet& particles) const {
   if (params_.paths == 0) return 1.0;
-  const double wanted = std::min<double>(params_.paths, 0.25 * static_cast<double>(most_));
+  const double wanted = std::min<double>(params_.paths, 0.25 * static_cast<double>(particles.size()));
   return std::min(1.0, paths_left(particles) / wanted);
 }
 

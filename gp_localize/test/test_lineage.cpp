@@ -59,10 +59,10 @@ TEST(Lineage, ForgetsWhatDiedBeforeTheHorizon) {
 }
 
 TEST(Lineage, TempersByTheShareOfWhatIsWanted) {
-  // {wanted, power} with 2 paths left of 40 particles: 10 is the most that can be wanted.
+  // {wanted, power} with 2 paths left to 40 particles: 10 is the most that can be wanted.
   for (const auto& [paths, power] : {std::pair{0, 1.0}, std::pair{1, 1.0}, std::pair{2, 1.0},
                                      std::pair{8, 0.25}, std::pair{10, 0.2}, std::pair{100, 0.2}}) {
-    Lineage lineage(wanted(paths, 10), 40);
+    Lineage lineage(wanted(paths, 10), 100);
     lineage.restart(40);
     std::vector<int> ancestors(40, 5);
     std::fill(ancestors.begin(), ancestors.begin() + 20, 7);

@@ -29,7 +29,7 @@ class Lineage {
   /// particles. Weights are normalized.
   double paths_left(const ParticleSet& particles) const;
   /// Power of the likelihood that lets paths live: 1 while there are enough, else their share of
-  /// what is wanted, which is never more than a quarter of the most particles.
+  /// what is wanted, which is never more than a quarter of the particles.
   double tempering(const ParticleSet& particles) const;
 
   void save(field_core::State& state) const;
@@ -38,7 +38,6 @@ class Lineage {
 
  private:
   DiversityParams params_;
-  int most_;
   int updates_ = 0;                      // in the current period
   std::vector<int> recent_, old_;        // per particle, numbers of ancestors
   std::vector<int> scratch_;
