@@ -256,8 +256,11 @@ def measure(experiment, seeds, pool, wanted, samples):
 
 
 def plot_errors(samples, file):
-    """One panel per run, fields and start: the mean errors of all seeds by method, odometry as a line."""
-    figure, axes = plt.subplots(len(samples), 1, figsize=(9, 2.4 * len(samples)), squeeze=False)
+    """One panel per run, fields and start with methods to compare: the mean errors of all seeds, odometry as a line."""
+    samples = {title: sample for title, sample in samples.items() if len(sample[1]) > 1} or samples
+    heights = [1.0 + 0.2 * len(methods) for _, methods in samples.values()]
+    figure, axes = plt.subplots(len(samples), 1, figsize=(9, sum(heights)), squeeze=False,
+                                gridspec_kw={"height_ratios": heights})
     for axis, (title, (odometry, methods)) in zip(axes[:, 0], samples.items()):
         axis.boxplot(list(methods.values()), vert=False, labels=list(methods))
         axis.axvline(odometry, color="tab:red", linewidth=1)
