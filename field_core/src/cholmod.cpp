@@ -263,8 +263,7 @@ Eigen::VectorXd SparseCholesky::inverse_diagonal() const {
   return diagonal;
 }
 
-Eigen::SparseMatrix<double> SparseCholesky::selected_inverse(
-    Eigen::SparseMatrix<double> pattern) {
+Eigen::SparseMatrix<double> SparseCholesky::selected_inverse(Eigen::SparseMatrix<double> pattern) {
   impl_->require_factor();
   const FactorColumns columns = columns_of(*impl_->factor);
   if (pattern.rows() != columns.n || pattern.cols() != columns.n) {

@@ -180,7 +180,7 @@ TEST(SparseCholesky, ABlockKeptForLastGivesItsRowsAndColumnsOfTheInverse) {
     }
   }
   test::expect_error<NumericalError>([&] { sparse.solve(rhs); }, {"factorize()"});  // used up
-  sparse.factorize(m);  // another order
+  sparse.factorize(m);                                                              // another order
   EXPECT_EQ(sparse.analyses(), 3u);
   Sparse far(81, 81);
   far.insert(72, 8) = 1.0;  // two corners, eliminated first

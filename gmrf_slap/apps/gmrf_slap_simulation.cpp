@@ -1,9 +1,9 @@
 // The paper's section III over several seeds, one CSV line per seed and case.
 //   gmrf_slap_simulation [key=value ...]
 // Keys: seeds, first_seed, side, steps, robots, particles, lag, known_start, sigma_e, score_every,
-// prune_mass, merge_loss, belief=trajectories|lattice|gaussian, engine=dense|sparse|local, cases=123,
-// field=FILE (a CSV with a column `value`, one row per site: a real field on a bounded grid),
-// dump=PREFIX (writes PREFIX<case>_field.csv and PREFIX<case>_path.csv of the first seed)
+// prune_mass, merge_loss, belief=trajectories|lattice|gaussian, engine=dense|sparse|local,
+// cases=123, field=FILE (a CSV with a column `value`, one row per site: a real field on a bounded
+// grid), dump=PREFIX (writes PREFIX<case>_field.csv and PREFIX<case>_path.csv of the first seed)
 #include <cstdio>
 #include <iostream>
 #include <map>

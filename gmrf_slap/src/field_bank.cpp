@@ -246,7 +246,7 @@ void require_same_walls(const field_core::State& state, const Walls& walls) {
   const bool had = theirs != state.numbers().end();
   if (!had && walls.empty()) return;
   if (had && !walls.empty() && theirs->second == wall_block(walls)) return;
-  const std::string what = !had ? "without walls, this run has some"
+  const std::string what = !had            ? "without walls, this run has some"
                            : walls.empty() ? "with walls, this run has none"
                                            : "with other walls";
   throw field_core::DataError("the state was learned " + what +

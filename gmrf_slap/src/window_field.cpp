@@ -229,9 +229,7 @@ Sparse WindowField::lower() const {
   return q;
 }
 
-VectorXd WindowField::multiply(const VectorXd& x) const {
-  return factorized(lower()).solve(x);
-}
+VectorXd WindowField::multiply(const VectorXd& x) const { return factorized(lower()).solve(x); }
 
 const WindowField::Global& WindowField::global() const {
   if (global_) return *global_;

@@ -41,7 +41,8 @@ double Lineage::paths_left(const ParticleSet& particles) const {
 
 double Lineage::tempering(const ParticleSet& particles) const {
   if (params_.paths == 0) return 1.0;
-  const double wanted = std::min<double>(params_.paths, 0.25 * static_cast<double>(particles.size()));
+  const double wanted =
+      std::min<double>(params_.paths, 0.25 * static_cast<double>(particles.size()));
   return std::min(1.0, paths_left(particles) / wanted);
 }
 
@@ -53,8 +54,7 @@ void Lineage::save(field_core::State& state) const {
 }
 
 void Lineage::restore(const field_core::State& state, std::size_t particles) {
-  const Eigen::MatrixXd numbers =
-      state.matrix("lineage", 2, static_cast<Eigen::Index>(particles));
+  const Eigen::MatrixXd numbers = state.matrix("lineage", 2, static_cast<Eigen::Index>(particles));
   const double updates = state.scalar("lineage_updates");
   if (numbers.minCoeff() < 0.0 || numbers.maxCoeff() >= static_cast<double>(weights_.size())) {
     throw field_core::DataError("the state's block 'lineage' is damaged; make the map again");

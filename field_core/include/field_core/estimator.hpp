@@ -175,9 +175,8 @@ struct HasPositions<E, std::void_t<decltype(std::declval<E&>().observe_position(
 template <class E, class = void>
 struct HasObstacles : std::false_type {};
 template <class E>
-struct HasObstacles<
-    E, std::void_t<decltype(std::declval<E&>().set_obstacles(std::declval<const OccupancyMask&>()))>>
-    : std::true_type {};
+struct HasObstacles<E, std::void_t<decltype(std::declval<E&>().set_obstacles(
+                           std::declval<const OccupancyMask&>()))>> : std::true_type {};
 
 template <class E, class = void>
 struct HasRobots : std::false_type {};

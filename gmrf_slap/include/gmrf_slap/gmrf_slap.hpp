@@ -45,15 +45,14 @@ class GmrfSlap {
   static std::vector<std::string> run_parameters() {
     return {"resample_threshold", "likelihood_noise_scale",
             "candidate_sigmas",   "prune_mass",
-            "merge_loss",
-            "memory_limit",       "position_stddev",
-            "robot_models",       "odom_alpha1",
-            "odom_alpha2",        "odom_alpha3",
-            "odom_alpha4",        "initial_pose_x",
-            "initial_pose_y",     "initial_pose_a",
-            "initial_cov_xx",     "initial_cov_yy",
-            "initial_cov_aa",     "update_min_d",
-            "update_min_a"};
+            "merge_loss",         "memory_limit",
+            "position_stddev",    "robot_models",
+            "odom_alpha1",        "odom_alpha2",
+            "odom_alpha3",        "odom_alpha4",
+            "initial_pose_x",     "initial_pose_y",
+            "initial_pose_a",     "initial_cov_xx",
+            "initial_cov_yy",     "initial_cov_aa",
+            "update_min_d",       "update_min_a"};
   }
   const std::vector<field_core::FieldInfo>& fields() const { return slap_.fields(); }
   field_core::MapRegion map_region() const { return slap_.map_region(); }

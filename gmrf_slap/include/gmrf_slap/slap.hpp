@@ -42,9 +42,7 @@ class Slap {
   field_core::Belief belief(int robot) const;
   /// Share of the posterior mass of the robot's position that its last update left out.
   double left_out_mass(int robot) const { return at(robot).belief->left_out_mass(); }
-  double left_out_information(int robot) const {
-    return at(robot).belief->left_out_information();
-  }
+  double left_out_information(int robot) const { return at(robot).belief->left_out_information(); }
   /// Mean of a field at all sites, a deviation from its prior mean.
   Eigen::VectorXd site_mean(int field) const;
   const FieldBank& bank() const { return fields_; }

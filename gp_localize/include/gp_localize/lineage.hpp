@@ -38,8 +38,8 @@ class Lineage {
 
  private:
   DiversityParams params_;
-  int updates_ = 0;                      // in the current period
-  std::vector<int> recent_, old_;        // per particle, numbers of ancestors
+  int updates_ = 0;                // in the current period
+  std::vector<int> recent_, old_;  // per particle, numbers of ancestors
   std::vector<int> scratch_;
   mutable std::vector<double> weights_;  // of old paths
 };

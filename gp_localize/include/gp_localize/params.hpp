@@ -330,10 +330,11 @@ struct GpLocalizeParams : field_core::MotionParams {
     v.group("candidates", candidates,
             "hyperparameters learned during the run: each particle tries one combination of these "
             "multiples per field (map_hypotheses: particle, mode: mapping)");
-    v.number("variance_dof", variance_dof, {0.0, 1e6}, "1",
-             "signal_stddev and noise_stddev of each field are right up to a common factor, which is "
-             "learned: the configured values count as much as this many measurements; 0: they are "
-             "right (map_hypotheses: particle)");
+    v.number(
+        "variance_dof", variance_dof, {0.0, 1e6}, "1",
+        "signal_stddev and noise_stddev of each field are right up to a common factor, which is "
+        "learned: the configured values count as much as this many measurements; 0: they are "
+        "right (map_hypotheses: particle)");
     v.group("field_offset", field_offset,
             "drift of the fields against their known maps, estimated (mode: localization)");
     v.group("support", support, "support points of the sparse Gaussian process");
