@@ -6,6 +6,23 @@
 #include "field_core/errors.hpp"
 
 namespace gp_localize {
+namespace {
+
+/// Numbers below the number of particles, in the same order: those of many particles may be kept by
+/// a filter that now has few, and be restored to one that never has more.
+Eigen::RowVectorXd ranks(const std::vector<int>& numbers) {
+  std::vector<int> sorted = numbers;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  Eigen::RowVectorXd ranks(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    ranks[i] = static_cast<double>(std::lower_bound(sorted.begin(), sorted.end(), numbers[i]) -
+                                   sorted.begin());
+  }
+  return ranks;
+}
+
+}  // namespace
 
 Lineage::Lineage(const DiversityParams& params, int most) : params_(params), weights_(most) {
   for (auto* numbers : {&recent_, &old_, &scratch_}) numbers->reserve(most);
@@ -48,7 +65,7 @@ double Lineage::tempering(const ParticleSet& particles) const {
 
 void Lineage::save(field_core::State& state) const {
   Eigen::MatrixXd numbers(2, old_.size());
-  for (std::size_t i = 0; i < old_.size(); ++i) numbers.col(i) << recent_[i], old_[i];
+  numbers << ranks(recent_), ranks(old_);
   state.set("lineage", numbers);
   state.set("lineage_updates", updates_);
 }
@@ -56,7 +73,10 @@ void Lineage::save(field_core::State& state) const {
 void Lineage::restore(const field_core::State& state, std::size_t particles) {
   const Eigen::MatrixXd numbers = state.matrix("lineage", 2, static_cast<Eigen::Index>(particles));
   const double updates = state.scalar("lineage_updates");
-  if (numbers.minCoeff() < 0.0 || numbers.maxCoeff() >= static_cast<double>(weights_.size())) {
+  // Not the other way round: a NaN must not pass.
+  const bool sound = (numbers.array() >= 0.0).all() &&
+                     (numbers.array() < static_cast<double>(particles)).all() && updates >= 0.0;
+  if (!sound) {
     throw field_core::DataError("the state's block 'lineage' is damaged; make the map again");
   }
   recent_.resize(particles);
@@ -65,7 +85,7 @@ void Lineage::restore(const field_core::State& state, std::size_t particles) {
     recent_[i] = static_cast<int>(numbers(0, i));
     old_[i] = static_cast<int>(numbers(1, i));
   }
-  updates_ = static_cast<int>(updates);
+  updates_ = static_cast<int>(std::min<double>(updates, params_.horizon));
 }
 
 }  // namespace gp_localize

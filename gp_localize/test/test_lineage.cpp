@@ -1,6 +1,8 @@
 // Which pasts the particles still have: counted by hand, and what it does to the filter.
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "exact_drive.hpp"
 #include "field_core/errors.hpp"
 #include "gp_localize/lineage.hpp"
@@ -72,13 +74,37 @@ TEST(Lineage, TempersByTheShareOfWhatIsWanted) {
 }
 
 TEST(Lineage, RefusesADamagedState) {
-  Lineage lineage(wanted(2, 10), 4), small(wanted(2, 10), 2);
+  Lineage lineage(wanted(2, 10), 4);
   lineage.restart(4);
   field_core::State state("gp_localize", 1);
   lineage.save(state);
   EXPECT_THROW(lineage.restore(state, 3), field_core::DataError);
-  EXPECT_THROW(small.restore(state, 4), field_core::DataError);  // numbers of ancestors too large
   EXPECT_NO_THROW(lineage.restore(state, 4));
+  const Eigen::MatrixXd sound = state.matrix("lineage", 2, 4);
+  for (const double wrong : {-1.0, 4.0, static_cast<double>(NAN)}) {
+    Eigen::MatrixXd damaged = sound;
+    damaged(1, 2) = wrong;
+    state.set("lineage", damaged);
+    EXPECT_THROW(lineage.restore(state, 4), field_core::DataError) << wrong;
+  }
+}
+
+// With `adaptive`, few particles may descend from numbers that a smaller filter never has.
+TEST(Lineage, GoesOnInAFilterOfFewerParticles) {
+  Lineage large(wanted(0, 3), 40), small(wanted(0, 3), 4);
+  large.restart(40);
+  for (int i = 0; i < 3; ++i) large.step();
+  large.resampled({39, 39, 7, 20});
+  field_core::State state("gp_localize", 1);
+  large.save(state);
+  small.restore(state, 4);
+  EXPECT_DOUBLE_EQ(large.paths_left(equal(4)), 16.0 / 6.0);
+  EXPECT_EQ(small.paths_left(equal(4)), large.paths_left(equal(4)));
+  for (Lineage* both : {&large, &small}) {
+    for (int i = 0; i < 3; ++i) both->step();
+    both->resampled({0, 2, 3, 3});  // of 39, 7 and 20, twice
+  }
+  EXPECT_EQ(small.paths_left(equal(4)), large.paths_left(equal(4)));
 }
 
 GpLocalizeParams learning(int paths) {
@@ -101,6 +127,12 @@ struct Drive {
   }
 };
 
+std::unique_ptr<GpLocalize> driven(const GpLocalizeParams& params, int steps) {
+  auto filter = std::make_unique<GpLocalize>(params, 1);
+  Drive().steps(*filter, steps);
+  return filter;
+}
+
 double effective_number(const GpLocalize& filter) {
   double squares = 0.0;
   for (const auto& p : filter.belief().particles) squares += p.weight * p.weight;
@@ -112,28 +144,22 @@ TEST(Diversity, RaisesTheLikelihoodToThePowerThatKeepsPaths) {
   GpLocalizeParams p = learning(0);
   p.resample_threshold = 0.0;
   p.diversity.horizon = 1000;
-  GpLocalize plain(p, 1);
+  const auto plain = driven(p, 90);
   p.diversity.paths = 15;
-  GpLocalize careful(p, 1);
-  Drive one, other;
-  one.steps(plain, 90);
-  other.steps(careful, 90);
-  EXPECT_NEAR(plain.health().paths_left, effective_number(plain), 1e-9);
-  EXPECT_NEAR(careful.health().paths_left, effective_number(careful), 1e-9);
-  EXPECT_LT(plain.health().paths_left, 15.0);
-  EXPECT_GT(careful.health().paths_left, 1.2 * plain.health().paths_left);
+  const auto careful = driven(p, 90);
+  EXPECT_NEAR(plain->health().paths_left, effective_number(*plain), 1e-9);
+  EXPECT_NEAR(careful->health().paths_left, effective_number(*careful), 1e-9);
+  EXPECT_LT(plain->health().paths_left, 15.0);
+  EXPECT_GT(careful->health().paths_left, 1.2 * plain->health().paths_left);
 }
 
 TEST(Diversity, CountsThePathsOfTheHorizon) {
   GpLocalizeParams p = learning(0);
   p.diversity.horizon = 10;
-  GpLocalize recent(p, 1);
+  const auto recent = driven(p, 85);
   p.diversity.horizon = 1000;
-  GpLocalize all(p, 1);
-  Drive one, other;
-  one.steps(recent, 85);
-  other.steps(all, 85);
-  EXPECT_GT(recent.health().paths_left, 1.2 * all.health().paths_left);
+  const auto all = driven(p, 85);
+  EXPECT_GT(recent->health().paths_left, 1.2 * all->health().paths_left);
 }
 
 TEST(Diversity, ARestoredStateGoesOnBitForBit) {
@@ -156,14 +182,11 @@ TEST(Diversity, IsOfNoConcernWhereNoPathCarriesAMap) {
   GpLocalizeParams p = learning(30);
   p.map_hypotheses = MapHypotheses::sample_paths;
   p.sample_paths = 20;
-  GpLocalize shared(p, 1);
+  const auto shared = driven(p, 80);
   p.diversity.paths = 0;
-  GpLocalize plain(p, 1);
-  Drive one, other;
-  one.steps(shared, 80);
-  other.steps(plain, 80);
-  EXPECT_EQ(shared.health().paths_left, 0.0);
-  EXPECT_EQ(shared.belief().mean.vector(), plain.belief().mean.vector());
+  const auto plain = driven(p, 80);
+  EXPECT_EQ(shared->health().paths_left, 0.0);
+  EXPECT_EQ(shared->belief().mean.vector(), plain->belief().mean.vector());
 }
 
 }  // namespace

@@ -32,6 +32,8 @@ class GpLocalize {
   static constexpr std::uint32_t kStateVersion = 4;
 
   GpLocalize(const Params& params, std::uint64_t seed);
+  GpLocalize(const GpLocalize&) = delete;  // the map refers to the models kept here
+  GpLocalize& operator=(const GpLocalize&) = delete;
 
   void predict(const field_core::OdometryIncrement& increment);
   /// Skips: "no known field", "not moved enough" (update_min_d, update_min_a), "no particle

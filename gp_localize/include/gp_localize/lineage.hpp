@@ -33,7 +33,8 @@ class Lineage {
   double tempering(const ParticleSet& particles) const;
 
   void save(field_core::State& state) const;
-  /// @throws field_core::DataError unless the state's lineage is one of so many particles
+  /// @throws field_core::DataError unless the state's lineage is one of so many particles, at most
+  ///         as many as there may be here
   void restore(const field_core::State& state, std::size_t particles);
 
  private:
