@@ -146,12 +146,13 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
   map_->accept(observations_);
+  const double unknown = map_->unknown(particles_, observations_);
   if (params_.mode != Mode::localization) {
     map_->learn(particles_, sample.sensor_in_base, observations_, random_);
   }
   summarize();
   health_.add(result, covariance_);
-  lineage_.step();
+  lineage_.step(unknown);
   resample_if_needed();
   updated_ = true;
   moved_distance_ = moved_angle_ = 0.0;

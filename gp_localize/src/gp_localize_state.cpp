@@ -77,6 +77,7 @@ void GpLocalize::restore_map(const field_core::State& state) {
   random_ = field_core::Random(seed_);
   draw_start();
   map_->relocate(particles_, random_);
+  map_->keep_as_known();
 }
 
 }  // namespace gp_localize

@@ -29,7 +29,7 @@ Lineage::Lineage(const DiversityParams& params, int most) : params_(params), wei
 }
 
 void Lineage::restart(std::size_t particles) {
-  updates_ = 0;
+  period_ = before_ = {};
   recent_.resize(particles);
   std::iota(recent_.begin(), recent_.end(), 0);
   old_ = recent_;
@@ -43,9 +43,12 @@ void Lineage::resampled(const std::vector<int>& ancestors) {
   }
 }
 
-void Lineage::step() {
-  if (++updates_ < params_.horizon) return;
-  updates_ = 0;
+void Lineage::step(double unknown) {
+  ++period_.updates;
+  period_.unknown += unknown;
+  if (period_.updates < params_.horizon) return;
+  before_ = period_;
+  period_ = {};
   old_.swap(recent_);
   std::iota(recent_.begin(), recent_.end(), 0);
 }
@@ -56,10 +59,15 @@ double Lineage::paths_left(const ParticleSet& particles) const {
   return 1.0 / std::inner_product(weights_.begin(), weights_.end(), weights_.begin(), 0.0);
 }
 
+double Lineage::unknown() const {
+  const double updates = before_.updates + period_.updates;
+  return updates > 0.0 ? (before_.unknown + period_.unknown) / updates : 1.0;
+}
+
 double Lineage::tempering(const ParticleSet& particles) const {
-  if (params_.paths == 0) return 1.0;
   const double wanted =
-      std::min<double>(params_.paths, 0.25 * static_cast<double>(particles.size()));
+      unknown() * std::min<double>(params_.paths, 0.25 * static_cast<double>(particles.size()));
+  if (!(wanted > 0.0)) return 1.0;
   return std::min(1.0, paths_left(particles) / wanted);
 }
 
@@ -67,15 +75,17 @@ void Lineage::save(field_core::State& state) const {
   Eigen::MatrixXd numbers(2, old_.size());
   numbers << ranks(recent_), ranks(old_);
   state.set("lineage", numbers);
-  state.set("lineage_updates", updates_);
+  state.set("lineage_periods", Eigen::MatrixXd(Eigen::Vector4d(period_.updates, period_.unknown,
+                                                               before_.updates, before_.unknown)));
 }
 
 void Lineage::restore(const field_core::State& state, std::size_t particles) {
   const Eigen::MatrixXd numbers = state.matrix("lineage", 2, static_cast<Eigen::Index>(particles));
-  const double updates = state.scalar("lineage_updates");
+  const Eigen::Vector4d periods = state.matrix("lineage_periods", 4, 1);
   // Not the other way round: a NaN must not pass.
-  const bool sound = (numbers.array() >= 0.0).all() &&
-                     (numbers.array() < static_cast<double>(particles)).all() && updates >= 0.0;
+  const bool sound =
+      (numbers.array() >= 0.0).all() && (numbers.array() < static_cast<double>(particles)).all() &&
+      (periods.array() >= 0.0).all() && periods[1] <= periods[0] && periods[3] <= periods[2];
   if (!sound) {
     throw field_core::DataError("the state's block 'lineage' is damaged; make the map again");
   }
@@ -85,7 +95,8 @@ void Lineage::restore(const field_core::State& state, std::size_t particles) {
     recent_[i] = static_cast<int>(numbers(0, i));
     old_[i] = static_cast<int>(numbers(1, i));
   }
-  updates_ = static_cast<int>(std::min<double>(updates, params_.horizon));
+  period_ = {periods[0], periods[1]};
+  before_ = {periods[2], periods[3]};
 }
 
 }  // namespace gp_localize

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "packed_symmetric.hpp"
 #include "survey_map.hpp"
 
 namespace gp_localize {
@@ -22,7 +23,8 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
                   : Recent::used),
       outlier_share_(params.outlier_share),
       offsets_(params, fields),
-      factors_(params, first_.size()) {
+      factors_(params, first_.size()),
+      surveyed_(!params.survey.empty()) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
   Closed prior;
@@ -35,6 +37,7 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
     }
     phi_.emplace_back(m, params.particles);
     features_.resize(std::max<std::size_t>(features_.size(), m * count));
+    gain_.resize(std::max<std::size_t>(gain_.size(), m));
     Evaluation at;  // of its full size: the number of particles varies during the run
     at.covariances.resize((steps + 3) / 4 * 4);
     at.gain.resize(m);
@@ -49,8 +52,8 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
   for (auto& list : weighed_) list.reserve(fields_.size());
   members_.reserve(count);
   new_candidate_.reserve(candidate_.size());
-  if (params.survey.empty()) initial_ = {prior};
-  for (std::size_t c = 0; !params.survey.empty() && c < candidates_.front().size(); ++c) {
+  if (!surveyed_) initial_ = {prior};
+  for (std::size_t c = 0; surveyed_ && c < candidates_.front().size(); ++c) {
     std::vector<FieldModel> models;
     for (const auto& field : candidates_) models.push_back(field[c]);
     initial_.push_back(map_from_survey(params.survey, models));
@@ -110,6 +113,7 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
   draw_candidates(random);
   offsets_.restart();
   factors_.restart();
+  known_.clear();
   forget_grown_support();
   for (Slices& slices : slices_) {
     for (OpenSlice& slice : slices) slice.clear();
@@ -226,6 +230,30 @@ void ParticleMap::learn(const ParticleSet& particles, const field_core::SE2&,
   }
   grow_support(particles);
   if (++steps_in_slice_ == slice_size_) close_slices();
+}
+
+double ParticleMap::unknown(const ParticleSet& particles,
+                            const std::vector<Observation>& observations) const {
+  if (known_.empty() && !surveyed_) return 1.0;
+  const auto likelier = [](const Particle& a, const Particle& b) { return a.weight < b.weight; };
+  const std::size_t p =
+      std::max_element(particles.begin(), particles.end(), likelier) - particles.begin();
+  double open = 0.0;
+  for (const Observation& o : observations) {
+    const FieldModel& field = model(p, o.field);
+    const int group = field.group, m = static_cast<int>(field.basis.size());
+    const Closed& known =
+        known_.empty() ? initial_[candidate_[p * first_.size() + group]] : known_.front();
+    const double* phi = phi_[o.field].col(p).data();
+    packed_multiply(known[group].covariance(), m, phi, gain_.data());
+    const double explained = dot_product(phi, phi, m) - dot_product(phi, gain_.data(), m);
+    open += 1.0 - std::clamp(explained / field.signal_variance(), 0.0, 1.0);
+  }
+  return open / static_cast<double>(observations.size());
+}
+
+void ParticleMap::keep_as_known() {
+  known_ = {closed_[std::max_element(users_.begin(), users_.end()) - users_.begin()]};
 }
 
 void ParticleMap::close_slices() {

@@ -27,6 +27,9 @@ class ParticleMap : public MapModel {
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;
   void accept(const std::vector<Observation>& observations) override;
+  double unknown(const ParticleSet& particles,
+                 const std::vector<Observation>& observations) const override;
+  void keep_as_known() override;
   void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, field_core::Random& random) override;
   void resampled(const std::vector<int>& ancestors) override;
@@ -97,6 +100,8 @@ class ParticleMap : public MapModel {
   FieldOffsets offsets_;
   VarianceFactors factors_;
   std::vector<Closed> initial_;  // [candidate]: the prior, or what the survey says under it
+  bool surveyed_;
+  std::vector<Closed> known_;  // one saved map that the run began with, or none
   // As many of each as there may be particles; map_[p] and slice_[p] are particle p's, users_[i]
   // how many particles map i has. Maps may be shared, slices are not.
   std::vector<Closed> closed_;
@@ -112,6 +117,7 @@ class ParticleMap : public MapModel {
   std::vector<double> joint_;
   std::vector<std::vector<int>> weighed_;  // [group]: the step's fields so far
   mutable std::vector<std::size_t> members_;
+  mutable std::vector<double> gain_;  // A phi of a known map
   std::vector<int> new_map_, new_slice_, spare_slices_;
   std::vector<char> kept_;
 };

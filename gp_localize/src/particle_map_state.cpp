@@ -46,6 +46,11 @@ void ParticleMap::save(field_core::State& state) const {
           Eigen::Map<const Eigen::VectorXd>(slice.numbers().data(), open.rows() - 1);
     }
     state.set("map/" + name, closed);
+    Eigen::MatrixXd known = Eigen::MatrixXd::Zero(closed.rows(), 1 + known_.size());
+    for (std::size_t i = 0; i < known_.size(); ++i) {  // after a column that is always there
+      known.col(1 + i) = Eigen::Map<const Eigen::VectorXd>(known_[i][g].numbers(), known.rows());
+    }
+    state.set("known/" + name, known);
     state.set("slice/" + name, open);
   }
 }
@@ -57,11 +62,13 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
   const Eigen::MatrixXd candidate = state.matrix("candidate_of_particle", rows, map.cols());
   const auto most = static_cast<double>(candidates_.front().size());
   require_below(candidate, most, "candidate_of_particle");
-  std::vector<const Eigen::MatrixXd*> closed, open;
+  std::vector<const Eigen::MatrixXd*> closed, open, known;
   for (std::size_t g = 0; g < first_.size(); ++g) {  // a group has the name of its first field
     const FieldModel& field = fields_[first_[g]];
     const int m = static_cast<int>(field.basis.size());
     closed.push_back(&state.matrix("map/" + field.info.name, SupportPosterior::size(m), -1));
+    known.push_back(&state.matrix("known/" + field.info.name, SupportPosterior::size(m),
+                                  known.empty() ? -1 : known.front()->cols()));
     const auto numbers = static_cast<Eigen::Index>(slices_.front()[g].numbers().size());
     open.push_back(&state.matrix("slice/" + field.info.name, numbers + 1, map.cols()));
     require_below(map, static_cast<double>(closed.back()->cols()), "map_of_particle");
@@ -74,6 +81,10 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
   }
   offsets_.restore(state, ancestors);
   factors_.restore(state, ancestors);
+  known_.assign(known.front()->cols() > 1 ? 1 : 0, closed_.front());
+  for (std::size_t g = 0; g < first_.size() && !known_.empty(); ++g) {
+    std::copy_n(known[g]->col(1).data(), known[g]->rows(), known_.front()[g].numbers());
+  }
   forget_grown_support();
   for (Eigen::Index i = 1; i < grown.cols(); ++i) grow_all(grown.col(i));
   // Maps that particles share are taken over once: `place` is where each is now.

@@ -73,6 +73,38 @@ TEST(Lineage, TempersByTheShareOfWhatIsWanted) {
   }
 }
 
+// Two paths left, ten wanted if all had to be learned; periods of two updates.
+TEST(Lineage, WantsFewerWhereLessHadToBeLearned) {
+  Lineage lineage(wanted(10, 2), 40);
+  lineage.restart(40);
+  const auto leave_two = [&lineage] {
+    std::vector<int> ancestors(40, 5);
+    std::fill(ancestors.begin(), ancestors.begin() + 20, 7);
+    lineage.resampled(ancestors);
+  };
+  leave_two();
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 0.2);
+  lineage.step(0.1);
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 1.0);  // one is wanted
+  lineage.step(0.7);
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 0.5);  // four
+  lineage.step(0.4);
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 0.5);  // still
+  field_core::State state("gp_localize", 1);
+  lineage.save(state);
+  Lineage restored(wanted(10, 2), 40);
+  restored.restore(state, 40);
+  EXPECT_DOUBLE_EQ(restored.tempering(equal(40)), 0.5);
+  for (Lineage* both : {&lineage, &restored}) both->step(0.6);  // the first two are forgotten
+  leave_two();
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 0.4);  // five
+  lineage.step(0.0);
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 2.0 / (10.0 / 3.0));
+  lineage.restart(40);
+  leave_two();
+  EXPECT_DOUBLE_EQ(lineage.tempering(equal(40)), 0.2);
+}
+
 TEST(Lineage, RefusesADamagedState) {
   Lineage lineage(wanted(2, 10), 4);
   lineage.restart(4);
@@ -86,6 +118,13 @@ TEST(Lineage, RefusesADamagedState) {
     damaged(1, 2) = wrong;
     state.set("lineage", damaged);
     EXPECT_THROW(lineage.restore(state, 4), field_core::DataError) << wrong;
+  }
+  state.set("lineage", sound);
+  for (const auto& [updates, unknown] : {std::pair{3.0, 3.1}, {-1.0, -1.0}, {3.0, double(NAN)}}) {
+    state.set("lineage_periods", Eigen::MatrixXd(Eigen::Vector4d(3.0, 1.0, updates, unknown)));
+    EXPECT_THROW(lineage.restore(state, 4), field_core::DataError) << updates << " " << unknown;
+    state.set("lineage_periods", Eigen::MatrixXd(Eigen::Vector4d(updates, unknown, 3.0, 1.0)));
+    EXPECT_THROW(lineage.restore(state, 4), field_core::DataError) << updates << " " << unknown;
   }
 }
 
@@ -176,6 +215,31 @@ TEST(Diversity, ARestoredStateGoesOnBitForBit) {
     EXPECT_EQ(original.belief().mean.vector(), copy.belief().mean.vector());
     EXPECT_EQ(original.health().paths_left, copy.health().paths_left);
   }
+}
+
+// The saved map is known: no particle's path carries it, and so few paths are enough.
+TEST(Diversity, AsksForNoPathsWhereTheMapIsKnown) {
+  GpLocalizeParams p = learning(30);
+  const field_core::State saved = driven(p, 90)->state();
+  p.mode = Mode::lifelong;
+  GpLocalize careful(p, 2), copy(p, 99);
+  p.diversity.paths = 0;
+  GpLocalize plain(p, 2);
+  Drive drive;
+  for (GpLocalize* filter : {&careful, &plain}) {
+    filter->restore(saved);
+    Drive().steps(*filter, 60);
+  }
+  drive.steps(copy, 60);
+  EXPECT_LT(careful.health().paths_left, 8.0);
+  EXPECT_EQ(careful.belief().mean.vector(), plain.belief().mean.vector());
+  copy.restore(careful.state());
+  Drive same = drive;
+  drive.steps(careful, 30);
+  same.steps(copy, 30);
+  EXPECT_EQ(careful.belief().mean.vector(), copy.belief().mean.vector());
+  EXPECT_EQ(careful.state().numbers().at("lineage_periods"),
+            copy.state().numbers().at("lineage_periods"));
 }
 
 TEST(Diversity, IsOfNoConcernWhereNoPathCarriesAMap) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "../src/particle_map.hpp"
 #include "dense_reference.hpp"
 #include "exact_drive.hpp"
 #include "gp_localize/field_model.hpp"
@@ -154,6 +155,36 @@ TEST_F(SurveyCorrelation, EveryStartIsFromTheSurvey) {
   EXPECT_GT((filter.predict_field(query).mean - first.mean).norm(), 1e-3);
   filter.reset();
   EXPECT_NEAR((filter.predict_field(query).mean - first.mean).norm(), 0.0, 1e-9);
+}
+
+// At the most probable pose, and whatever was learned on the way.
+TEST_F(SurveyCorrelation, SaysWhatItLeavesUnknown) {
+  const Eigen::Vector2d place(1.7, 2.2);
+  for (const double rho : {0.0, 0.6, 1.0}) {
+    GpLocalizeParams p = params();
+    p.survey_correlation = rho;
+    p.particles = 2;
+    const auto models = make_field_models(p);
+    const FieldSurvey all = read_survey(p.survey, {"light"}).at("light");
+    const auto known = test::block_regression(dense_field(models[0], p), all.places, all.values,
+                                              std::vector<int>(kRows, 0), place, -1);
+    ParticleMap map(p, models);
+    field_core::Random random(1);
+    ParticleSet particles(2);
+    particles[0].weight = 0.4;
+    particles[1].weight = 0.6;
+    particles[1].pose = SE2(place.x(), place.y(), 0.0);
+    const std::vector<Observation> seen{{0, 0.5, models[0].noise_variance, 0.04, {}}};
+    const double prior = models[0].signal_variance();
+    for (int i = 0; i < 2 * kSlice; ++i) {
+      std::vector<double> log_likelihood;
+      Innovation innovation;
+      map.weigh(particles, {}, seen, log_likelihood, innovation);
+      EXPECT_NEAR(map.unknown(particles, seen), 1.0 - rho * rho * (1.0 - known.variance / prior),
+                  1e-6);
+      map.learn(particles, {}, seen, random);
+    }
+  }
 }
 
 }  // namespace

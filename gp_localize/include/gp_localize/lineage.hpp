@@ -21,15 +21,16 @@ class Lineage {
   void restart(std::size_t particles);
   /// Particle i is now a copy of particle ancestors[i].
   void resampled(const std::vector<int>& ancestors);
-  /// After each update.
-  void step();
+  /// After each update. `unknown`, 0 to 1: how much of what was read had to be learned on the way.
+  void step(double unknown = 1.0);
 
   /// Effective number of the paths of `horizon` to twice as many updates ago (or of the start, if
   /// that is more recent) that are left: 1 / the sum over paths of the squared weight of their
   /// particles. Weights are normalized.
   double paths_left(const ParticleSet& particles) const;
   /// Power of the likelihood that lets paths live: 1 while there are enough, else their share of
-  /// what is wanted, which is never more than a quarter of the particles.
+  /// what is wanted. That is never more than a quarter of the particles, and less where less had to
+  /// be learned: a map from before the run rests on none of these paths.
   double tempering(const ParticleSet& particles) const;
 
   void save(field_core::State& state) const;
@@ -38,8 +39,14 @@ class Lineage {
   void restore(const field_core::State& state, std::size_t particles);
 
  private:
+  struct Period {
+    double updates = 0.0, unknown = 0.0;  // their number, and the sum over them
+  };
+  /// Mean over the updates since the paths that are counted.
+  double unknown() const;
+
   DiversityParams params_;
-  int updates_ = 0;                // in the current period
+  Period period_, before_;         // the current one and the one before it
   std::vector<int> recent_, old_;  // per particle, numbers of ancestors
   std::vector<int> scratch_;
   mutable std::vector<double> weights_;  // of old paths

@@ -75,6 +75,11 @@ class MapModel {
   /// The observations just weighed were used: learns from them what is not the map (drift of the
   /// fields, factors of their variances).
   virtual void accept(const std::vector<Observation>&) {}
+  /// Of the fields just weighed, the share of their variance that the map known before the run
+  /// leaves open at the most probable pose; 1 without such a map.
+  virtual double unknown(const ParticleSet&, const std::vector<Observation>&) const { return 1.0; }
+  /// From now on the map that most particles have is what was known before the run.
+  virtual void keep_as_known() {}
   /// Adds the observations just weighed. `particles` carry their new weights, not resampled yet.
   virtual void learn(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
                      const std::vector<Observation>& observations, field_core::Random& random) = 0;

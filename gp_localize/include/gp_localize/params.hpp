@@ -206,7 +206,8 @@ struct DiversityParams {
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("paths", paths, {0, 100000}, "1",
-             "while fewer different paths than this (or than a quarter of the particles) are left, "
+             "while fewer different paths than this (or than a quarter of the particles; times the "
+             "share of the fields' variance that a map known before the run leaves open) are left, "
              "the likelihood is raised to the power of their share of it; 0: however few");
     v.number("horizon", horizon, {1, 1000000}, "1",
              "paths of this many to twice as many measurements ago are counted: more than the "
