@@ -24,6 +24,7 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
       outlier_share_(params.outlier_share),
       offsets_(params, fields),
       factors_(params, first_.size()),
+      map_error_(params, fields),
       surveyed_(!params.survey.empty()) {
   const auto count = static_cast<std::size_t>(params.particles);
   Slices empty;
@@ -43,6 +44,7 @@ ParticleMap::ParticleMap(const GpLocalizeParams& params, const std::vector<Field
     at.gain.resize(m);
     evaluations_.insert(evaluations_.end(), count, at);
   }
+  density_.resize(count);
   points_.resize(2, params.particles);
   gathered_.resize(3, params.particles);
   if (first_.size() < fields_.size()) {
@@ -113,6 +115,7 @@ void ParticleMap::restart(const field_core::SE2&, const Eigen::Matrix3d&, const 
   draw_candidates(random);
   offsets_.restart();
   factors_.restart();
+  map_error_.restart();
   known_.clear();
   forget_grown_support();
   for (Slices& slices : slices_) {
@@ -151,7 +154,7 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
     compute_features(o.field, count);
     offsets_.advance(o.field, o.stamp);
     factors_.reading(fields_[o.field].group);
-    double mean = 0.0, square = 0.0;
+    double mean = 0.0, square = 0.0, map_variance = 0.0;
     for (std::size_t p = 0; p < count; ++p) {
       const FieldModel& field = model(p, o.field);
       Evaluation& at = evaluation(o.field, p);
@@ -166,12 +169,14 @@ void ParticleMap::weigh(const ParticleSet& particles, const field_core::SE2& sen
       }
       if (field.basis.fields() > 1) condition_on_partners(p, o, expected, variance);
       const double error = o.value - expected;
-      log_likelihood[p] += factors_.active()
-                               ? factors_.density(p, field.group, error, variance)
-                               : log_density(error, variance, field.signal_variance());
+      map_variance += particles[p].weight * at.variance;
+      density_[p] = factors_.active() ? factors_.density(p, field.group, error, variance)
+                                      : log_density(error, variance, field.signal_variance());
       mean += particles[p].weight * expected;
       square += particles[p].weight * (variance + expected * expected);
     }
+    const double power = map_error_.power(o.field, map_variance, o.likelihood_variance);
+    for (std::size_t p = 0; p < count; ++p) log_likelihood[p] += power * density_[p];
     innovation.mean[k] = mean;
     innovation.variance[k] = square - mean * mean;
     weighed_[fields_[o.field].group].push_back(o.field);
@@ -203,6 +208,7 @@ void ParticleMap::condition_on_partners(std::size_t p, const Observation& o, dou
 
 void ParticleMap::accept(const std::vector<Observation>& observations) {
   factors_.accept();
+  for (const Observation& o : observations) map_error_.accept(o.field);
   if (!offsets_.active()) return;
   for (const Observation& o : observations) {
     for (std::size_t p = 0; p < map_.size(); ++p) {

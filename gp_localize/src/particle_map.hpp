@@ -4,11 +4,13 @@
 // slice is each particle's own.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "field_offsets.hpp"
 #include "gp_localize/map_model.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
+#include "map_error.hpp"
 #include "variance_factors.hpp"
 
 namespace gp_localize {
@@ -22,7 +24,10 @@ class ParticleMap : public MapModel {
   void restart(const field_core::SE2& pose, const Eigen::Matrix3d& covariance,
                const MotionModel& model, field_core::Random& random) override;
   void relocate(const ParticleSet& particles, field_core::Random& random) override;
-  void move(const field_core::OdometryMotion&, const MotionModel&, field_core::Random&) override {}
+  void move(const field_core::OdometryMotion& motion, const MotionModel&,
+            field_core::Random&) override {
+    map_error_.move(std::abs(motion.trans));
+  }
   void weigh(const ParticleSet& particles, const field_core::SE2& sensor_in_base,
              const std::vector<Observation>& observations, std::vector<double>& log_likelihood,
              Innovation& innovation) override;
@@ -99,6 +104,7 @@ class ParticleMap : public MapModel {
   int steps_in_slice_ = 0;
   FieldOffsets offsets_;
   VarianceFactors factors_;
+  MapError map_error_;
   std::vector<Closed> initial_;  // [candidate]: the prior, or what the survey says under it
   bool surveyed_;
   std::vector<Closed> known_;  // one saved map that the run began with, or none
@@ -109,7 +115,7 @@ class ParticleMap : public MapModel {
   std::vector<int> map_, slice_, users_, free_;
   // Kept between steps; weigh() leaves in evaluations_ what learn() goes on with.
   std::vector<Evaluation> evaluations_;  // [field * most particles + particle]
-  std::vector<double> features_;
+  std::vector<double> features_, density_;
   std::vector<Eigen::MatrixXd> phi_;  // [field]: m x P, by columns
   Places points_, gathered_;
   // Where fields are correlated, a step's readings in one Gaussian: per particle and field the row

@@ -27,6 +27,7 @@ void ParticleMap::save(field_core::State& state) const {
   state.set("candidate_of_particle", candidates);
   offsets_.save(state);
   factors_.save(state);
+  map_error_.save(state);
   Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(2, 1 + grown_support().cols());
   grown.rightCols(grown.cols() - 1) = grown_support();  // after a column that is never empty
   state.set("grown_support", grown);
@@ -79,6 +80,7 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
     throw field_core::DataError("the state has " + std::to_string(grown.cols() - 1) +
                                 " support points that were added; raise support/budget");
   }
+  map_error_.restore(state);
   offsets_.restore(state, ancestors);
   factors_.restore(state, ancestors);
   known_.assign(known.front()->cols() > 1 ? 1 : 0, closed_.front());

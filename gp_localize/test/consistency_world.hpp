@@ -53,24 +53,31 @@ inline GpLocalizeParams consistency_params() {
   return p;
 }
 
-/// Start, fields and noise of one seed; a lap takes 42 steps.
+/// A survey of the fields on a square grid, which is then the known map.
+struct ConsistencySurvey {
+  std::string file;      // to write it to; empty: none, the map is learned
+  double spacing = 0.4;  // m
+  double x_max = 4.0;    // m; the robot drives between about -2 and 2
+};
+
+/// Start, fields and noise of one seed.
 class ConsistencyDrive {
  public:
-  /// @param survey file to write a survey of the fields to, which is then the known map; empty: the
-  ///               map is learned
-  ConsistencyDrive(GpLocalizeParams p, int seed, const std::string& survey = "")
+  /// @param distance of a step [m]; a lap is 12.6 m
+  ConsistencyDrive(GpLocalizeParams p, int seed, const ConsistencySurvey& survey = {},
+                   double distance = 0.3)
       : random_(1000 + seed),
         a_(random_),
         b_(random_),
         motion_(p.odometry_noise),
         filter_(surveyed(std::move(p), survey), seed),
-        truth_(random_.normal3(Eigen::Vector3d(0.01, 0.01, 0.001).asDiagonal())) {}
+        truth_(random_.normal3(Eigen::Vector3d(0.01, 0.01, 0.001).asDiagonal())),
+        delta_(distance, 0.0, distance / 2.0) {}
 
   void step() {
     using std::chrono::seconds;
-    const field_core::SE2 delta(0.3, 0.0, 0.15);
-    truth_ = motion_.sample(truth_, field_core::OdometryMotion::from(delta), random_);
-    filter_.predict({seconds(time_), seconds(time_ + 1), delta});
+    truth_ = motion_.sample(truth_, field_core::OdometryMotion::from(delta_), random_);
+    filter_.predict({seconds(time_), seconds(time_ + 1), delta_});
     ++time_;
     const Eigen::Vector2d at = truth_.translation();
     const double a = a_.at(at) + kNoise * random_.normal();
@@ -88,18 +95,21 @@ class ConsistencyDrive {
   double nees() const { return error().dot(filter_.belief().covariance.ldlt().solve(error())); }
 
  private:
-  GpLocalizeParams surveyed(GpLocalizeParams p, const std::string& survey) {
-    if (survey.empty()) return p;
-    std::ofstream csv(survey);
+  GpLocalizeParams surveyed(GpLocalizeParams p, const ConsistencySurvey& survey) {
+    if (survey.file.empty()) return p;
+    std::ofstream csv(survey.file);
     csv << "x_m,y_m,a,b\n";
-    for (int i = 0; i < 21 * 21; ++i) {
-      const Eigen::Vector2d at(-4.0 + 0.4 * (i % 21), -2.0 + 0.4 * (i / 21));
+    const int side = static_cast<int>(8.0 / survey.spacing + 1e-9) + 1;
+    for (int i = 0; i < side * side; ++i) {
+      const Eigen::Vector2d at(-4.0 + survey.spacing * (i % side),
+                               -2.0 + survey.spacing * (i / side));
+      if (at.x() > survey.x_max) continue;
       csv << at.x() << "," << at.y() << "," << a_.at(at) + kNoise * random_.normal() << ","
           << b_.at(at) + kNoise * random_.normal() << "\n";
     }
     csv.close();
     p.mode = Mode::localization;
-    p.survey = survey;
+    p.survey = survey.file;
     return p;
   }
 
@@ -107,7 +117,7 @@ class ConsistencyDrive {
   DrawnField a_, b_;
   field_core::OdometryMotionModel motion_;
   GpLocalize filter_;
-  field_core::SE2 truth_;
+  field_core::SE2 truth_, delta_;
   int time_ = 0;
 };
 

@@ -72,6 +72,7 @@ class GpLocalize {
             "diversity",
             "lost",
             "field_offset",
+            "map_error_correlation",
             "likelihood_noise_scale",
             "likelihood_exponent",
             "outlier_share",

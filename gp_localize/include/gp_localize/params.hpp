@@ -260,6 +260,7 @@ struct GpLocalizeParams : field_core::MotionParams {
   CandidateParams candidates;
   double variance_dof = 0.0;
   FieldOffsetParams field_offset;
+  bool map_error_correlation = true;
   SupportParams support;
   CalibrationParams odom_calibration;
 
@@ -338,6 +339,11 @@ struct GpLocalizeParams : field_core::MotionParams {
         "right (map_hypotheses: particle)");
     v.group("field_offset", field_offset,
             "drift of the fields against their known maps, estimated (mode: localization)");
+    v.flag(
+        "map_error_correlation", map_error_correlation,
+        "mode localization: what the map leaves open of a field is alike from one reading to the "
+        "next, so that the less the map knows and the closer readings are, the less each counts; "
+        "false: every reading is independent evidence");
     v.group("support", support, "support points of the sparse Gaussian process");
     visit_odometry_noise(v);
     v.group("odom_calibration", odom_calibration, "systematic errors of the odometry, estimated");
