@@ -46,10 +46,10 @@ METHODS = {
     "SoD-Truncate": {**PAPER, "observation_model": "sod_truncate", "subset_size": 10},
     "SoD-Even": {**PAPER, "observation_model": "sod_even", "subset_size": 40},
 }
-KNOWN = {"mode": "localization", "likelihood_noise_scale": 2.0, "likelihood_exponent": 1.0}
+KNOWN = {"mode": "localization", "likelihood_exponent": 1.0}
 KNOWN_MAP = {
     "known map (survey)": KNOWN,
-    "known map, odometry noise of 30 %": {**KNOWN, "odom_alpha3": 0.1},
+    "known map, odometry noise of 100 %": {**KNOWN, "odom_alpha3": 1.0},
     "known map, scale estimated": {**KNOWN, **SCALE},
     "survey, map learned further, scale estimated": {**KNOWN, **SCALE, "mode": "lifelong"},
 }
