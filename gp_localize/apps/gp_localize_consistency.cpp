@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
   gp_localize::GpLocalizeParams params = gp_localize::consistency_params();
   gp_localize::ConsistencySurvey survey;
   double distance = 0.3;
-  bool independent = false;
+  bool independent = false, lifelong = false;
   int steps = 120, every = 20, seeds = 50, first = 1;
   app.add_option("--particles", params.particles)
       ->capture_default_str()
@@ -59,6 +59,8 @@ int main(int argc, char** argv) {
           ->check(CLI::Range(0.1, 8.0));
   app.add_option("--survey-x-max", survey.x_max, "none of them further east [m]")
       ->needs("--survey-spacing");
+  app.add_flag("--lifelong", lifelong, "mode: lifelong instead of localization")
+      ->needs("--survey-spacing");
   app.add_flag("--independent", independent, "map_error_correlation: false");
   app.add_option("--steps", steps)->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--every", every, "steps between rows")
@@ -69,6 +71,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   params.map_error_correlation = !independent;
+  if (lifelong) survey.mode = gp_localize::Mode::lifelong;
   if (*known) {
     survey.file = std::filesystem::temp_directory_path() /
                   ("gp_localize_consistency_" + std::to_string(::getpid()) + ".csv");

@@ -58,6 +58,7 @@ struct ConsistencySurvey {
   std::string file;      // to write it to; empty: none, the map is learned
   double spacing = 0.4;  // m
   double x_max = 4.0;    // m; the robot drives between about -2 and 2
+  Mode mode = Mode::localization;
 };
 
 /// Start, fields and noise of one seed.
@@ -108,7 +109,7 @@ class ConsistencyDrive {
           << b_.at(at) + kNoise * random_.normal() << "\n";
     }
     csv.close();
-    p.mode = Mode::localization;
+    p.mode = survey.mode;
     p.survey = survey.file;
     return p;
   }
