@@ -27,16 +27,16 @@ KERNEL = {"magnetic": "squared_exponential", "wifi": "matern32"}
 NOISE = {"magnetic": 3.0, "wifi": 6.0}  # uT, dB: from one walk to another, not within one
 NEAR_M, FEWEST, FEWEST_READINGS = 20.0, 50, 10  # the map is what was read so near to the odometry's path
 ACCESS_POINTS, ALIKE = 6, 0.95
-MAPPED_M, MAPPED_SHARE = 3.0, 1.0 / 3.0  # of the odometry's path, near to the map's places: localize
+MAPPED_M, MAPPED_SHARE = 3.0, 1.0 / 3.0  # of the odometry's path, near to the map's places: a mapped walk
 COMMON = {
     "mode": "localization", "particles": 400, "likelihood_noise_scale": 1.0, "lost": {"recovery_share": 0.0},
     "odom_alpha1": 0.02, "odom_alpha2": 0.003, "odom_alpha3": 0.2, "odom_alpha4": 0.0,
-    "odom_calibration": {"translation_stddev": 0.15}, "field_offset": {"stddev": 0.3, "memory": 100.0},
+    "odom_calibration": {"translation_stddev": 0.15},
     "map_resolution": 2.0,
 }
 YAW_STDDEV = 0.3    # between the phone's heading and that of the walk at its start
 SUPPORT = 200
-EXPONENTS = (0.25, 0.5)
+EXPONENTS = (0.25, 0.5, 1.0)
 STARTS = {"exact start": 0.0, "start +- 2 m, 0.1 rad": 1.0}
 
 
@@ -198,16 +198,22 @@ def rms(result, name):
 
 
 def choose(mall):
-    """The candidate with the least mean RMS on the choosing walks that are mapped, and the table of all."""
+    """The candidate with the least mean ratio to odometry's RMS on the choosing walks, and the table of all."""
     rows, scores = [], {}
-    walks = [walk for walk in mall.choosing if mall.mapped(walk) >= MAPPED_SHARE]
-    for kinds, exponent in itertools.product(KINDS, EXPONENTS):
-        results = [mall.errors(walk, kinds, exponent, "exact start", 1) for walk in walks]
-        scores[kinds, exponent] = statistics.mean(rms(r, "estimate") for r in results)
-        rows.append([kinds, str(exponent), *(f"{rms(r, 'estimate'):.2f}" for r in results)])
+
+    def score(kinds, exponent, errors):
+        ratio = statistics.mean(error / rms(result, "odometry") for error, result in zip(errors, results))
+        rows.append([kinds, exponent, *(f"{error:.2f}" for error in errors), f"{ratio:.2f}"])
         print(*rows[-1], file=sys.stderr, flush=True)
-    rows.append(["odometry alone", "", *(f"{rms(r, 'odometry'):.2f}" for r in results)])
-    return min(scores, key=scores.get), [["fields", "exponent", *(walk.name for walk in walks)]] + rows
+        return ratio
+
+    for kinds, exponent in itertools.product(KINDS, EXPONENTS):
+        results = [mall.errors(walk, kinds, exponent, "exact start", 1) for walk in mall.choosing]
+        scores[kinds, exponent] = score(kinds, str(exponent), [rms(result, "estimate") for result in results])
+    for name in ("odometry", "odometry, best scale"):
+        score(name, "", [rms(result, name) for result in results])
+    header = ["fields", "exponent", *(walk.name for walk in mall.choosing), "mean ratio to odometry"]
+    return min(scores, key=scores.get), [header] + rows
 
 
 def rough_odometry(walk, seed):
@@ -221,15 +227,13 @@ def report(mall, chosen, seeds):
     found = {}
     for walk in mall.reported:
         mapped, seeded = mall.mapped(walk), range(1, seeds + 1)
-        replayed = {start: [mall.errors(walk, *chosen, start, seed) for seed in seeded]
-                    for start, rough in STARTS.items() if mapped >= MAPPED_SHARE or not rough}
-        exact, rough = replayed["exact start"], replayed.get("start +- 2 m, 0.1 rad")
+        exact, rough = ([mall.errors(walk, *chosen, start, seed) for seed in seeded] for start in STARTS)
         errors = {}
         for kind, key in (("RMS", "position_error_rmse_m"), ("mean", "position_error_mean_m")):
             errors[kind] = [exact[0]["odometry"][key], exact[0]["odometry, best scale"][key],
                             statistics.median(r["estimate"][key] for r in exact)]
         errors["rough"] = [statistics.median(rough_odometry(walk, seed) for seed in seeded), None,
-                           rough and statistics.median(rms(r, "estimate") for r in rough)]
+                           statistics.median(rms(r, "estimate") for r in rough)]
         inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in exact)
         spread = [rms(r, "estimate") for r in exact]
         row = [walk.name, f"{walk.length():.0f}", f"{100 * mapped:.0f} %", f"{100 * mall.covered(walk):.0f} %",
@@ -245,15 +249,14 @@ def number(value):
 
 
 def summary(found):
-    """Medians over the walks of: odometry, best scale, the filter everywhere, and only where the path is mapped."""
+    """Medians over the walks of: odometry, best scale, the filter, and its ratio to odometry."""
     rows = []
     for name, kind in (("RMS, exact start", "RMS"), ("mean, exact start", "mean"),
                        ("RMS, start +- 2 m, 0.1 rad", "rough")):
         for group in ("all", "mapped"):
-            some = [(mapped, errors[kind]) for mapped, errors, _ in found.values() if mapped or group == "all"]
-            gated = [values[2 if mapped else 0] for mapped, values in some]
-            columns = [*zip(*(values for _, values in some)), gated]
-            ratio = statistics.median(value / values[0] for value, (_, values) in zip(gated, some)) if some else None
+            some = [errors[kind] for mapped, errors, _ in found.values() if mapped or group == "all"]
+            columns = [*zip(*some)] if some else []
+            ratio = statistics.median(filtered / odometry for odometry, _, filtered in some) if some else None
             rows.append([name, f"{group} ({len(some)})",
                          *(number(None if None in column else statistics.median(column)) for column in columns),
                          number(ratio)])
@@ -296,12 +299,12 @@ def write_page(page, mall, chosen, candidates, found, seeds):
     plot(mall, chosen, found, page.with_suffix(".png"))
     text = [f"{len(mall.choosing)} walks chose, {len(mall.reported)} are reported. "
             f"Chosen: {chosen[0]}, exponent {chosen[1]}.\n",
-            "Choosing walks that are mapped: RMS position error [m], exact start, one seed:\n",
+            "Choosing walks: RMS position error [m], exact start, one seed:\n",
             replays.table(candidates[0], candidates[1:]),
             f"Reported walks, medians over walks of the position error [m] (of each the median of {seeds} seeds). "
-            '"Where mapped": odometry alone where less than a third of its path is near the map.\n',
-            replays.table(["error", "walks", "odometry", "odometry, best scale", "gp_localize everywhere",
-                           "gp_localize where mapped", "ratio to odometry, where mapped"], summary(found)),
+            "Mapped: a third of the odometry's path or more is near the map.\n",
+            replays.table(["error", "walks", "odometry", "odometry, best scale", "gp_localize",
+                           "median ratio to odometry"], summary(found)),
             "RMS position error [m] by walk:\n",
             replays.table(["walk", "length [m]", "odometry's path within 3 m of the map", "truth within 2 m",
                            "odometry", "odometry, best scale", "gp_localize", "over seeds", "in 90 % ellipse",
