@@ -81,13 +81,14 @@ class Deployment(unittest.TestCase):
         odom = self.publisher("/wheel_odom", Odometry, launch)
         field = self.publisher("/field", FieldMeasurement, launch)
         wait_for(lambda: poses.subscriber.get_num_connections() > 0, "~pose")
-        # It begins a third of the way around; nobody tells it.
-        end = self.drive(odom, field, 500.0, 2 * LAP_S, 7.0)
+        # It begins a third of the way around; nobody tells it. This world has no noise, so the map's own errors
+        # are all that readings differ by: close together they count little, and it takes three laps.
+        end = self.drive(odom, field, 500.0, 4 * LAP_S, 7.0)
         wait_for(lambda: poses.all() and poses.last().header.stamp.to_sec() > end - 0.5, "the last pose")
         found = [(m.header.stamp.to_sec(), m.pose.pose.position) for m in poses.all()]
         errors = [np.hypot(p.x - x, p.y - y) for s, p in found
                   for x, y, _ in [recordings.circle(s - 500.0 + 7.0)]]
-        print("error at the start and after two laps", np.round(errors[0], 2), np.round(errors[-10:], 2))
+        print("error at the start and after four laps", np.round(errors[0], 2), np.round(errors[-10:], 2))
         self.assertGreater(errors[0], 1.0, "it knew where it was")
         self.assertLess(max(errors[-10:]), MOST_ERROR_M)
         self.assertEqual(launch.stop(), 0)
