@@ -146,7 +146,7 @@ UpdateResult GpLocalize::update(const field_core::Sample& sample) {
   }
   for (std::size_t i = 0; i < particles_.size(); ++i) particles_[i].weight = log_weights_[i];
   map_->accept(observations_);
-  const double unknown = map_->unknown(particles_, observations_);
+  const double unknown = rests_on_paths() ? map_->unknown(particles_, observations_) : 1.0;
   if (params_.mode != Mode::localization) {
     map_->learn(particles_, sample.sensor_in_base, observations_, random_);
   }

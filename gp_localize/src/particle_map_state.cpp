@@ -80,9 +80,15 @@ void ParticleMap::restore(const field_core::State& state, const std::vector<int>
     throw field_core::DataError("the state has " + std::to_string(grown.cols() - 1) +
                                 " support points that were added; raise support/budget");
   }
-  map_error_.restore(state);
-  offsets_.restore(state, ancestors);
-  factors_.restore(state, ancestors);
+  MapError map_error = map_error_;
+  FieldOffsets offsets = offsets_;
+  VarianceFactors factors = factors_;
+  map_error.restore(state);
+  offsets.restore(state, ancestors);
+  factors.restore(state, ancestors);  // the last that can fail
+  map_error_ = map_error;
+  offsets_ = offsets;
+  factors_ = factors;
   known_.assign(known.front()->cols() > 1 ? 1 : 0, closed_.front());
   for (std::size_t g = 0; g < first_.size() && !known_.empty(); ++g) {
     std::copy_n(known[g]->col(1).data(), known[g]->rows(), known_.front()[g].numbers());
