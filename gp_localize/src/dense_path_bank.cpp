@@ -1,5 +1,6 @@
 #include "dense_path_bank.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "field_core/errors.hpp"
@@ -11,6 +12,7 @@ DensePathBank::DensePathBank(const FieldModel& field, const GpLocalizeParams& pa
       model_(params.observation_model),
       subset_size_(params.subset_size),
       slice_size_(params.slice_size),
+      tolerance_(params.interpolation_tolerance),
       // Offline PITC keeps its measurements in a DenseGp that uses none but the last of them.
       paths_(params.sample_paths, model_ == ObservationModelType::offline_pitc
                                       ? DenseGp(ObservationModelType::sod_truncate, 1)
@@ -31,9 +33,19 @@ void DensePathBank::add(const Places& places, double value, double noise_varianc
                         Eigen::Matrix2Xd& moments) {
   Eigen::MatrixXd& sums = static_cast<DensePathBank&>(total).log_densities_;
   moments.setZero(2, places.cols());
-  Eigen::Matrix2Xd path;
+  const bool shared = fit_box(places, noise_variance);
+  const Places at = shared ? Places(box_.nodes()) : places;
+  const Eigen::Map<const Eigen::MatrixXd> coefficients(box_.coefficients().data(), places.cols(),
+                                                       shared ? at.cols() : 0);
+  Eigen::Matrix2Xd path, nodes;
   for (std::size_t c = 0; c < paths_.size(); ++c) {
-    predict_path(c, places, path);
+    if (shared) {
+      predict_path(c, at, nodes);
+      path.noalias() = nodes * coefficients.transpose();
+      path.row(1) = path.row(1).cwiseMax(0.0);
+    } else {
+      predict_path(c, at, path);
+    }
     path.row(1).array() += noise_variance;
     const Eigen::ArrayXd error = value - path.row(0).transpose().array();
     const Eigen::ArrayXd variance = path.row(1).transpose().array();
@@ -42,6 +54,24 @@ void DensePathBank::add(const Places& places, double value, double noise_varianc
     moments.row(1) += path.row(1) + path.row(0).cwiseAbs2();
   }
   moments /= static_cast<double>(paths_.size());
+}
+
+bool DensePathBank::fit_box(const Places& places, double noise_variance) {
+  const field_core::Kernel& kernel = field_.basis.kernel();
+  if (model_ == ObservationModelType::offline_pitc || tolerance_ == 0.0 || places.rows() != 2 ||
+      kernel.type() != field_core::KernelType::squared_exponential) {
+    return false;
+  }
+  constexpr double kKernel = 10.0;  // multiplications that an exponential is worth
+  const double used = paths_.front().used(), count = static_cast<double>(places.cols());
+  const double pair = used * (0.5 * used + kKernel);
+  const double worth = 0.75 * pair * count / (pair + 2.0 * count);
+  double norm = 1.0;
+  for (const DenseGp& path : paths_) norm = std::max(norm, path.mean_norm());
+  const double share = noise_variance / kernel.signal_variance();
+  return box_.fit(places, kernel.length_scales(),
+                  {tolerance_ * std::sqrt(share) / norm, tolerance_ * share},
+                  static_cast<Eigen::Index>(worth));
 }
 
 void DensePathBank::log_mean(std::vector<double>& out) const {

@@ -7,6 +7,7 @@
 
 #include "gp_localize/dense_gp.hpp"
 #include "gp_localize/online_sparse_gp.hpp"
+#include "interpolation_box.hpp"
 #include "path_bank.hpp"
 
 namespace gp_localize {
@@ -28,6 +29,9 @@ class DensePathBank final : public PathBank {
   void restore(const field_core::State& state) override;
 
  private:
+  /// Lays the box of nodes around particles that stand close together, where evaluating the nodes
+  /// and combining them costs less than evaluating the places.
+  bool fit_box(const Places& places, double noise_variance);
   /// Moments under one path, 2 x places.
   void predict_path(std::size_t path, const Places& places, Eigen::Matrix2Xd& moments) const;
   void offline_pitc(const DenseGp& path, const Places& places, Eigen::Matrix2Xd& moments) const;
@@ -35,6 +39,8 @@ class DensePathBank final : public PathBank {
   const FieldModel& field_;
   ObservationModelType model_;
   int subset_size_, slice_size_;
+  double tolerance_;  // of interpolation
+  InterpolationBox box_;
   std::vector<DenseGp> paths_;
   Eigen::MatrixXd log_densities_;  // particles x paths
 };

@@ -11,7 +11,8 @@
 //
 // r is 1 + 2 c, c being a count of the earlier readings that is forgotten exponentially with the
 // distance driven: over a steady drive r is the integral of rho gamma over the distance between
-// readings, and where the robot stands still it goes on growing.
+// readings. Where the robot stands still all its readings are counted, so that they weigh little
+// more than one; as it drives on they are counted as one, for no more has been learned of them.
 #pragma once
 
 #include <vector>
@@ -32,7 +33,7 @@ class MapError {
   /// The robot drove [m].
   void move(double distance);
   /// A reading of the field was used.
-  void accept(int field) { count_[field] += 1.0; }
+  void accept(int field) { standing_[field] += 1.0; }
   /// Of the likelihood of a reading of the field, where the map's variance is `map_variance`.
   double power(int field, double map_variance, double noise_variance) const;
 
@@ -46,8 +47,10 @@ class MapError {
 
  private:
   bool active_;
-  std::vector<double> memory_;  // of each field: distance over which a reading is forgotten [m]
-  std::vector<double> count_;
+  std::vector<double> memory_;    // of each field: distance over which a reading is forgotten [m]
+  std::vector<double> count_;     // of each field: readings before the robot last moved
+  std::vector<double> standing_;  // and since then
+  double moved_ = 0.0;            // not yet taken for motion [m]
 };
 
 }  // namespace gp_localize

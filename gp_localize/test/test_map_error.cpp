@@ -46,34 +46,58 @@ TEST(MapError, IntegralsAreThoseOfKernelTimesGradient) {
   }
 }
 
+constexpr double kV = 0.5, kN = 1.5;  // of the map and of the noise: a share of a quarter
+
+double read(MapError& error, double map_variance = kV, double noise_variance = kN) {
+  const double power = error.power(0, map_variance, noise_variance);
+  error.accept(0);
+  return power;
+}
+
+double power_of(double repeated) { return (kN + kV) / (kN + kV * repeated); }
+const double kMemory = 0.5 * 0.75 * std::sqrt(M_PI) * std::sqrt(kX * kY);
+
 TEST(MapError, PowerIsThatOfReadingsThatErrTogether) {
   const GpLocalizeParams p = known();
   MapError error(p, make_field_models(p));
-  EXPECT_DOUBLE_EQ(error.power(0, 0.5, 0.1), 1.0);  // nothing read before
-  error.accept(0);
-  error.accept(0);
-  EXPECT_DOUBLE_EQ(error.power(0, 0.5, 0.1), 0.6 / (0.1 + 0.5 * 5.0));
-  EXPECT_DOUBLE_EQ(error.power(0, 0.0, 0.1), 1.0);  // the map is certain: the noise is independent
-  const double memory = 0.5 * 0.75 * std::sqrt(M_PI) * std::sqrt(kX * kY);
+  EXPECT_DOUBLE_EQ(read(error), 1.0);  // nothing read before
   error.move(0.3);
-  error.move(0.7);
-  EXPECT_NEAR(error.power(0, 0.5, 0.1), 0.6 / (0.1 + 0.5 * (1.0 + 4.0 * std::exp(-1.0 / memory))),
-              1e-12);
+  EXPECT_DOUBLE_EQ(error.power(0, kV, kN), power_of(1.0 + 2.0 * std::exp(-0.3 / kMemory)));
+  EXPECT_DOUBLE_EQ(error.power(0, 0.0, kN), 1.0);  // a certain map: the noise is independent
+  read(error);
+  error.move(0.3);
+  error.move(0.4);
+  const double count = std::exp(-1.0 / kMemory) + std::exp(-0.7 / kMemory);
+  EXPECT_DOUBLE_EQ(error.power(0, kV, kN), power_of(1.0 + 2.0 * count));
   error.restart();
-  EXPECT_DOUBLE_EQ(error.power(0, 0.5, 0.1), 1.0);
+  EXPECT_DOUBLE_EQ(error.power(0, kV, kN), 1.0);
 }
 
-// Over a steady drive the count is the integral over the distance between readings.
-TEST(MapError, SteadyDriveCountsTheIntegral) {
+// Over a steady drive as many as the integral has room for between two readings.
+TEST(MapError, SteadyDriveRepeatsTheIntegral) {
   const GpLocalizeParams p = known();
   MapError error(p, make_field_models(p));
   constexpr double kStep = 0.02;
+  double power = 0.0;
   for (int i = 0; i < 2000; ++i) {
     error.move(kStep);
-    if (i < 1999) error.accept(0);
+    power = read(error);
   }
-  const double repeated = 0.75 * std::sqrt(M_PI) * std::sqrt(kX * kY) / kStep;
-  EXPECT_NEAR(1.0 / error.power(0, 1.0, 0.0), repeated, 0.01 * repeated);
+  const double expected = power_of(2.0 * kMemory / kStep);
+  EXPECT_NEAR(power, expected, 0.001 * expected);
+}
+
+// Encoders may jitter: less than a millimetre in all is no motion.
+TEST(MapError, StandingStillCountsEveryReadingAndDrivingOnOnlyOne) {
+  const GpLocalizeParams p = known();
+  MapError error(p, make_field_models(p));
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_DOUBLE_EQ(read(error), power_of(1.0 + 2.0 * i));
+    error.move(i % 2 == 0 ? 0.0 : 1e-6);
+  }
+  error.move(0.4);
+  const double driven = 0.4 + 500 * 1e-6;
+  EXPECT_NEAR(error.power(0, kV, kN), power_of(1.0 + 2.0 * std::exp(-driven / kMemory)), 1e-12);
 }
 
 TEST(MapError, ConcernsOnlyMapsThatAreNotLearned) {
@@ -86,15 +110,31 @@ TEST(MapError, ConcernsOnlyMapsThatAreNotLearned) {
   }
 }
 
+TEST(MapError, RestoresWhatItSaves) {
+  const GpLocalizeParams p = known();
+  MapError error(p, make_field_models(p)), copy(p, make_field_models(p));
+  read(error);
+  error.move(0.3);
+  read(error);
+  error.move(0.0006);  // half of a motion
+  field_core::State state("gp_localize", 1);
+  error.save(state);
+  copy.restore(state);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(read(copy), read(error));
+    for (MapError* each : {&error, &copy}) each->move(0.0006);
+  }
+}
+
 TEST(MapError, RefusesADamagedState) {
   const GpLocalizeParams p = known();
   MapError error(p, make_field_models(p));
-  error.accept(0);
+  read(error);
   field_core::State state("gp_localize", 1);
   error.restore(state);  // saved while mapping
-  EXPECT_DOUBLE_EQ(error.power(0, 1.0, 1.0), 1.0);
+  EXPECT_DOUBLE_EQ(error.power(0, kV, kN), 1.0);
   for (const double wrong : {-1.0, static_cast<double>(NAN)}) {
-    state.set("readings_near", wrong);
+    state.set("readings_near", Eigen::MatrixXd(Eigen::Vector2d(wrong, 1.0)));
     EXPECT_THROW(error.restore(state), field_core::DataError);
   }
 }
@@ -124,14 +164,17 @@ class MapErrorInTheFilter : public ::testing::Test {
   std::string folder_;
 };
 
-// The same reading twice: the weights' logarithms, all resampling off, differ by the power.
+// The same reading twice, without resampling: logarithms of two weights differ by the power, which
+// is that of the particles' mean variance.
 TEST_F(MapErrorInTheFilter, RaisesEachReadingToItsPower) {
   GpLocalizeParams p = params();
+  constexpr int kFirst = 2, kSecond = 40;
   p.resample_threshold = 0.0;
   p.initial_cov_xx = p.initial_cov_yy = 0.25;
-  const auto spread = [](const GpLocalize& filter) {
+  p.fields["light"].noise_stddev = 1.5;
+  const auto spread = [](const GpLocalize& filter) {  // of a particle and one that it tells apart
     const auto particles = filter.belief().particles;
-    return std::log(particles[0].weight / particles[1].weight);
+    return std::log(particles[kFirst].weight / particles[kSecond].weight);
   };
   GpLocalize careful(p, 1), once(p, 1);
   p.map_error_correlation = false;
@@ -140,14 +183,20 @@ TEST_F(MapErrorInTheFilter, RaisesEachReadingToItsPower) {
     filter->update({seconds(1), {}, {{0, 3.4, 0.0}}});
   }
   EXPECT_EQ(spread(careful), spread(plain));  // the first reading counts in full
+  constexpr double kNoise = 1.5 * 1.5;
+  double variance = 0.0;
+  for (const auto& particle : careful.belief().particles) {
+    const Eigen::Matrix2Xd at = particle.pose.translation();
+    variance += particle.weight * (careful.predict_field(at).variance(0, 0) - kNoise);
+  }
   for (GpLocalize* filter : {&careful, &plain}) {
     filter->update({seconds(2), {}, {{0, 3.4, 0.0}}});
   }
   EXPECT_NEAR(spread(plain), 2.0 * spread(once), 1e-9);
-  const double power = spread(careful) / spread(once) - 1.0;
-  // The map's variance is between 0 and that of the field, its noise 0.04, repeated 3 times.
-  EXPECT_GT(power, 1.04 / (0.04 + 3.0));
+  const double power = (kNoise + variance) / (kNoise + variance * 3.0);
+  EXPECT_GT(std::abs(spread(once)), 0.01);
   EXPECT_LT(power, 0.9);
+  EXPECT_NEAR(spread(careful), (1.0 + power) * spread(once), 1e-6);
 }
 
 TEST_F(MapErrorInTheFilter, ARestoredStateGoesOnBitForBit) {

@@ -219,6 +219,43 @@ TEST(ObservationModelsTest, FieldsMultiplyPerPath) {
   }
 }
 
+// Particles that stand close together share evaluations, within the tolerance and not for nothing.
+TEST(DensePathBank, InterpolatesBetweenParticlesThatStandClose) {
+  for (const Model model : {Model::full_gp, Model::sod_even, Model::sod_truncate}) {
+    GpLocalizeParams exact = params(model), shared = params(model);
+    exact.fields["a"].kernel = shared.fields["a"].kernel =
+        field_core::KernelType::squared_exponential;
+    exact.subset_size = shared.subset_size = 20;
+    exact.interpolation_tolerance = 0.0;
+    shared.interpolation_tolerance = 1e-3;
+    const auto fields = make_field_models(exact);
+    const Data data;
+    field_core::Random random(4);
+    Eigen::Matrix2Xd particles(2, 400);
+    for (int p = 0; p < 400; ++p) {
+      particles.col(p) << 1.0 + 0.3 * random.uniform(), 2.0 + 0.3 * random.uniform();
+    }
+    Eigen::Matrix2Xd moments[2], own(2, kPaths);
+    for (const bool interpolated : {false, true}) {
+      const auto bank = make_path_bank(interpolated ? shared : exact, fields[0]);
+      bank->restart();
+      for (int n = 0; n < kSteps; ++n) {
+        for (int c = 0; c < kPaths; ++c) own.col(c) = data.paths[c].col(n);
+        bank->learn(own, data.values[n], kLikelihoodNoise);
+      }
+      bank->begin(400);
+      bank->add(particles, 0.3, kLikelihoodNoise, *bank, moments[interpolated]);
+    }
+    const Eigen::Array2Xd error = (moments[1] - moments[0]).array();
+    EXPECT_GT(error.abs().maxCoeff(), 1e-12);  // nodes were used
+    EXPECT_LT(error.row(0).abs().maxCoeff(), 1e-3 * std::sqrt(kLikelihoodNoise));
+    // Variance plus square of the mean.
+    const double mean = moments[0].row(0).cwiseAbs().maxCoeff();
+    EXPECT_LT(error.row(1).abs().maxCoeff(),
+              1e-3 * kLikelihoodNoise + 2.1e-3 * mean * std::sqrt(kLikelihoodNoise));
+  }
+}
+
 TEST(SelectSubset, TakesWhatTheNamesSay) {
   using V = std::vector<int>;
   EXPECT_EQ(select_subset(Model::full_gp, 3, 2), (V{0, 1, 2}));

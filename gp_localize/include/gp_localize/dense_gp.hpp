@@ -37,6 +37,10 @@ class DenseGp {
   void predict(const field_core::Kernel& kernel, const field_core::Places& points,
                Eigen::Matrix2Xd& moments) const;
 
+  /// How many measurements the prediction uses.
+  int used() const { return static_cast<int>(used_.size()); }
+  /// Bound of the norm of the predictive mean in the kernel's space: |F^-1 z|. O(n).
+  double mean_norm() const { return whitened_.head(used()).norm(); }
   /// Measurements, oldest first.
   const std::vector<Measured>& data() const { return data_; }
 
