@@ -11,13 +11,13 @@ import json
 import math
 import os
 import pathlib
-import shutil
 import statistics
 import sys
 
 import matplotlib
 import yaml
 
+import gp_localize_page
 import gp_localize_traffic
 import replays
 
@@ -159,8 +159,8 @@ class Experiment:
         return values
 
     def folder_of(self, names, method, start, seed):
-        label = "_".join([("all" if len(names) > 1 else names[0]), method, start, str(seed)])
-        return self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in label)
+        text = "_".join([fields_label(names), method, start, str(seed)])
+        return self.output / "".join(c if c.isalnum() or c == "_" else "-" for c in text)
 
     def is_done(self, *job):
         return (self.folder_of(*job) / "result.json").exists()
@@ -195,34 +195,50 @@ class Experiment:
             self.run.replay(config, seed, directory)
         return column(directory / "timing.csv", "step_s")
 
-    def rows(self):
-        """(fields, method, start) in the order of the page."""
-        for names in self.field_sets:
-            for start in STARTS:
-                for method in METHODS:
-                    if method != CORRELATED or len(names) > 1:
-                        yield names, method, start
-                for method in self.known_map:
+
+def rows_of(name):
+    """(fields, method, start) of a run in the order of the page."""
+    _, field_sets, _, source = RUNS[name]
+    for names in field_sets:
+        for start in STARTS:
+            for method in METHODS:
+                if method != CORRELATED or len(names) > 1:
                     yield names, method, start
+            for method in KNOWN_MAP if isinstance(source, str) else OTHER_MAP:
+                yield names, method, start
+
+
+def fields_label(names):
+    return "all" if len(names) > 1 else names[0]
+
+
+def page_order():
+    """Keys of all rows of the page."""
+    for name in RUNS:
+        yield name, "", "", "odometry alone"
+        yield name, "", "", "odometry x"
+        for names, method, start in rows_of(name):
+            yield name, fields_label(names), start, method
+
+
+def means_of(results):
+    return {seed: r["estimate"]["position_error_mean_m"] for seed, r in results.items()}
 
 
 def cells(experiment, names, method, start, results, reference):
-    means = [r["estimate"]["position_error_mean_m"] for r in results]
-    inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in results)
-    lost = statistics.mean(r["estimate"]["lost_share"] for r in results)
+    """`results` and `reference` by seed: of the method, and of the paper's with the same fields and start."""
+    means = means_of(results)
+    inside = statistics.mean(r["estimate"]["share_inside_90_ellipse"] for r in results.values())
+    lost = statistics.mean(r["estimate"]["lost_share"] for r in results.values())
     wins = "-"
-    if reference and method != REFERENCE:
-        pairs = list(zip(means, reference))
-        wins = f"{sum(a < b for a, b in pairs)}/{len(pairs)}"
+    both = [seed for seed in means if seed in reference]
+    if both and method != REFERENCE:
+        wins = f"{sum(means[seed] < reference[seed] for seed in both)}/{len(both)}"
+    means = list(means.values())
     spread = statistics.stdev(means) if len(means) > 1 else 0.0
-    fields = "all" if len(names) > 1 else names[0]
-    return [experiment.name, fields, start, method, str(len(means)), f"{statistics.median(means):.2f}",
+    return [experiment.name, fields_label(names), start, method, str(len(means)), f"{statistics.median(means):.2f}",
             f"{statistics.mean(means):.2f} +- {spread:.2f}", f"{min(means):.2f} to {max(means):.2f}", wins,
             f"{100 * inside:.0f} %", f"{100 * lost:.0f} %"]
-
-
-HEADER = ["run", "fields", "start", "method", "seeds", "median of mean error [m]", "mean +- sd", "min to max",
-          "better than the paper's (12-13), same seed", "in 90 % ellipse", "says lost"]
 
 
 def odometry_rows(experiment, result):
@@ -233,44 +249,22 @@ def odometry_rows(experiment, result):
              f"{scaled['position_error_mean_m']:.2f}"] + [""] * 5]
 
 
-def measure(experiment, seeds, pool, wanted, samples):
+def measure(experiment, seeds, pool, wanted):
     """Rows of the page. Seeds go on side by side; `wanted` says which replays."""
     rows, reference = [], {}
-    for names, method, start in experiment.rows():
-        jobs = [(names, method, start, seed) for seed in range(1, seeds + 1)]
-        results = list(pool.map(lambda job: experiment.errors(*job), filter(lambda job: wanted(*job), jobs)))
-        if not results:
+    for names, method, start in rows_of(experiment.name):
+        chosen = [seed for seed in range(1, seeds + 1) if wanted(names, method, start, seed)]
+        if not chosen:
             continue
+        results = dict(zip(chosen, pool.map(lambda seed: experiment.errors(names, method, start, seed), chosen)))
         if not rows:
-            rows += odometry_rows(experiment, results[0])
-        means = [r["estimate"]["position_error_mean_m"] for r in results]
+            rows += odometry_rows(experiment, results[chosen[0]])
         key = (tuple(names), start)
         if method == REFERENCE:
-            reference[key] = means
-        title = " ".join([experiment.name, "all" if len(names) > 1 else names[0], start])
-        odometry = results[0]["odometry"]["position_error_mean_m"]
-        samples.setdefault(title, (odometry, {}))[1][method] = means
-        rows.append(cells(experiment, names, method, start, results, reference.get(key)))
+            reference[key] = means_of(results)
+        rows.append(cells(experiment, names, method, start, results, reference.get(key, {})))
         print(" ".join(rows[-1]), file=sys.stderr)
     return rows
-
-
-def plot_errors(samples, file):
-    """One panel per run, fields and start with methods to compare: the mean errors of all seeds, odometry as a line."""
-    samples = {title: sample for title, sample in samples.items() if len(sample[1]) > 1} or samples
-    heights = [1.0 + 0.2 * len(methods) for _, methods in samples.values()]
-    figure, axes = plt.subplots(len(samples), 1, figsize=(9, sum(heights)), squeeze=False,
-                                gridspec_kw={"height_ratios": heights})
-    for axis, (title, (odometry, methods)) in zip(axes[:, 0], samples.items()):
-        axis.boxplot(list(methods.values()), vert=False, labels=list(methods))
-        axis.axvline(odometry, color="tab:red", linewidth=1)
-        axis.set_title(f"{title} (red: odometry alone)", fontsize=9)
-        axis.set_xlim(left=0)
-        axis.tick_params(labelsize=8)
-    axes[-1, 0].set_xlabel("mean position error [m]")
-    figure.tight_layout()
-    figure.savefig(file, dpi=110)
-    plt.close(figure)
 
 
 def plot_times(experiment, seeds, file):
@@ -309,7 +303,7 @@ def main():
         chosen = method in arguments.methods and start in arguments.starts and (first or not arguments.multiple)
         return chosen and (not arguments.done or experiment.is_done(names, method, start, seed))
 
-    rows, samples = [], {}
+    rows = []
     with concurrent.futures.ThreadPoolExecutor(max_workers=arguments.workers) as pool:
         if TRAFFIC in arguments.only:
             gp_localize_traffic.reproduce(arguments.data, arguments.output / TRAFFIC,
@@ -319,24 +313,11 @@ def main():
                 print(f"skipped: {arguments.data / RUNS[name][0]} is not there", file=sys.stderr)
                 continue
             experiment = Experiment(name, arguments.data, arguments.output)
-            rows += measure(experiment, arguments.seeds, pool, wanted, samples)
+            rows += measure(experiment, arguments.seeds, pool, wanted)
             if name == "pioneer" and arguments.times:
                 plot_times(experiment, arguments.times, arguments.page.with_name("gp_localize_step_times.png"))
-    if not rows:
-        return
-    plot_errors(samples, arguments.output / "errors.png")
-    text = replays.table(HEADER, rows)
-    (arguments.output / "table.md").write_text(text)
-    page = arguments.page
-    page.parent.mkdir(parents=True, exist_ok=True)
-    mark = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
-    before = page.read_text().split(mark)[0] if page.exists() else "# GP-Localize: the paper's experiments\n\n"
-    shutil.copy(arguments.output / "errors.png", page.parent / "gp_localize_errors.png")
-    for name in ("errors", "step_times"):
-        if (page.parent / f"gp_localize_{name}.png").exists():
-            text += f"\n![{name}](gp_localize_{name}.png)\n"
-    page.write_text(before + mark + "\n" + text)
-    print(text)
+    if rows:
+        print(gp_localize_page.write(arguments.page, rows, list(page_order())))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ class GpLocalize {
  public:
   using Params = GpLocalizeParams;
   static constexpr const char* kName = "gp_localize";
-  static constexpr std::uint32_t kStateVersion = 5;
+  static constexpr std::uint32_t kStateVersion = 6;
 
   GpLocalize(const Params& params, std::uint64_t seed);
   GpLocalize(const GpLocalize&) = delete;  // the map refers to the models kept here
