@@ -35,6 +35,7 @@ void LocalizeSolver::move(const OdometryStep<double>& step, double calibration_v
   g(0, 2) = -step.dy;
   g(1, 2) = step.dx;
   covariance_ = (g * covariance_ * g.transpose()).eval();
+  cross_ = (g * cross_).eval();
   for (int i = 0; i < kPose; ++i) {
     for (int j = 0; j < kPose; ++j) covariance_(i, j) += step.noise[i][j];
   }
@@ -47,10 +48,84 @@ bool LocalizeSolver::enter(GridIndex cell) {
   std::vector<int> nodes;
   for (int j = 0; j < 4; ++j) nodes.push_back(find(cell_node(cell, j)));
   if (*std::min_element(nodes.begin(), nodes.end()) < 0) return false;
-  node_covariance_ = map_->node_covariance(nodes);
+  if (nodes_.empty()) {
+    cross_.setZero(kRobot, 4 * channels_);
+    node_covariance_ = map_->node_covariance(nodes);
+  } else {
+    carry_over(nodes);
+  }
   nodes_ = nodes;
   cell_ = cell;
   return true;
+}
+
+void LocalizeSolver::carry_over(const std::vector<int>& nodes) {
+  std::vector<int> all = nodes_;  // first the old
+  std::vector<Eigen::Index> place;
+  for (const int node : nodes) {
+    const auto known = std::find(all.begin(), all.end(), node);
+    place.push_back(known - all.begin());
+    if (known == all.end()) all.push_back(node);
+  }
+  const Eigen::MatrixXd joint = map_->node_covariance(all);
+  const Eigen::Index width = 4 * channels_;
+  const Eigen::MatrixXd old = joint.topLeftCorner(width, width);
+  Eigen::MatrixXd both(width, width), fresh(width, width);  // old with new, new with new
+  for (int i = 0; i < 4; ++i) {
+    both.middleCols(i * channels_, channels_) =
+        joint.block(0, place[i] * channels_, width, channels_);
+    for (int j = 0; j < 4; ++j) {
+      fresh.block(j * channels_, i * channels_, channels_, channels_) =
+          joint.block(place[j] * channels_, place[i] * channels_, channels_, channels_);
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(old);
+  if (factor.info() != Eigen::Success) throw_not_positive();
+  const Eigen::MatrixXd regression = factor.solve(both);
+  cross_ = (cross_ * regression).eval();
+  // An ESEIF gives a covariance that depends on which nodes it is asked for: what it says here of
+  // the old ones must not contradict what is in use, or the covariance of all is not positive.
+  node_covariance_ =
+      (fresh + regression.transpose() * (node_covariance_ - old) * regression).eval();
+}
+
+/// One row per reading: how it depends on the robot and on the nodes, what it says and its noise.
+struct LocalizeSolver::Rows {
+  Eigen::Matrix<double, Eigen::Dynamic, kRobot, 0, kMostChannels> robot{kMostChannels, kRobot};
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostChannels, 4 * kMostChannels> nodes;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostChannels> innovation{kMostChannels},
+      noise{kMostChannels};
+  int count = 0;
+};
+
+LocalizeSolver::Rows LocalizeSolver::linearize(const SensorPose<double>& sensor,
+                                               const Observation<double>* observations,
+                                               int count) const {
+  const Interpolation<double> at(grid_, cell_, sensor.x, sensor.y);
+  const double* values[4];
+  for (int j = 0; j < 4; ++j) values[j] = node_values(nodes_[j]);
+  Rows rows;
+  rows.nodes.setZero(kMostChannels, 4 * channels_);
+  for (int k = 0; k < count; ++k) {
+    const int channel = observations[k].channel, i = rows.count;
+    const auto p = sensor_.predict(channel, sensor, mean_.data() + kPose, at, values);
+    rows.robot.row(i) = Eigen::Map<const Eigen::Matrix<double, 1, kRobot>>(p.robot);
+    rows.nodes.row(i).setZero();
+    for (int j = 0; j < 4; ++j) {
+      rows.nodes(i, j * channels_ + channel) = at.w[j] * p.own;
+      if (p.partner >= 0) rows.nodes(i, j * channels_ + p.partner) = at.w[j] * p.other;
+    }
+    rows.innovation[i] = observations[k].value - p.value;
+    rows.noise[i] = observations[k].variance;
+    const auto h = rows.robot.row(i);
+    const auto n = rows.nodes.row(i);
+    const double total = rows.noise[i] + (h * covariance_ * h.transpose()).value() +
+                         2.0 * (h * cross_ * n.transpose()).value() +
+                         (n * node_covariance_ * n.transpose()).value();
+    if (gate_ > 0.0 && rows.innovation[i] * rows.innovation[i] > gate_ * total) continue;
+    ++rows.count;
+  }
+  return rows;
 }
 
 field_core::UpdateResult LocalizeSolver::observe(const Mounting<double>& mounting,
@@ -62,52 +137,36 @@ field_core::UpdateResult LocalizeSolver::observe(const Mounting<double>& mountin
     return field_core::UpdateResult::skipped(kNoPlace);
   }
   if (!enter(cell)) return field_core::UpdateResult::skipped(kUnknownCell);
-  const Interpolation<double> at(grid_, cell, sensor.x, sensor.y);
-  const double* values[4];
-  for (int j = 0; j < 4; ++j) values[j] = node_values(nodes_[j]);
+  const Rows rows = linearize(sensor, observations, count);
+  if (rows.count == 0) return field_core::UpdateResult::skipped(kGated);
 
-  Eigen::Matrix<double, kMostChannels, kRobot> h;
-  Eigen::Matrix<double, kMostChannels, 4 * kMostChannels> n;
-  Eigen::Matrix<double, kMostChannels, 1> innovation, variance;
-  const Eigen::Index width = 4 * channels_;
-  int used = 0;
-  for (int k = 0; k < count; ++k) {
-    const int channel = observations[k].channel;
-    const auto p = sensor_.predict(channel, sensor, mean_.data() + kPose, at, values);
-    h.row(used) = Eigen::Map<const Eigen::Matrix<double, 1, kRobot>>(p.robot);
-    n.row(used).setZero();
-    for (int j = 0; j < 4; ++j) {
-      n(used, j * channels_ + channel) = at.w[j] * p.own;
-      if (p.partner >= 0) n(used, j * channels_ + p.partner) = at.w[j] * p.other;
-    }
-    innovation[used] = observations[k].value - p.value;
-    variance[used] = observations[k].variance;
-    const double total =
-        variance[used] + h.row(used) * covariance_ * h.row(used).transpose() +
-        n.row(used).head(width) * node_covariance_ * n.row(used).head(width).transpose();
-    if (gate_ > 0.0 && innovation[used] * innovation[used] > gate_ * total) continue;
-    ++used;
-  }
-  if (used == 0) return field_core::UpdateResult::skipped(kGated);
-
-  const auto hu = h.topRows(used);
-  const auto nu = n.topLeftCorner(used, width);
+  const auto h = rows.robot.topRows(rows.count);
+  const auto n = rows.nodes.topRows(rows.count);
+  const auto innovation = rows.innovation.head(rows.count);
   using Square =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostChannels, kMostChannels>;
-  Square q = nu * node_covariance_ * nu.transpose();
-  q.diagonal() += variance.head(used);
-  const Square s = hu * covariance_ * hu.transpose() + q;
+  using Gain = Eigen::Matrix<double, kRobot, Eigen::Dynamic, 0, kRobot, kMostChannels>;
+  Square q = n * node_covariance_ * n.transpose();
+  q.diagonal() += rows.noise.head(rows.count);
+  const Gain xn = cross_ * n.transpose();
+  const Square both = h * xn;
+  const Square s = h * covariance_ * h.transpose() + both + both.transpose() + q;
   const Eigen::LLT<Square> factor(s);
   if (factor.info() != Eigen::Success) throw_not_positive();
-  const Eigen::Matrix<double, kRobot, Eigen::Dynamic, 0, kRobot, kMostChannels> gain =
-      factor.solve(hu * covariance_).transpose();
-  const double nis = innovation.head(used).dot(factor.solve(innovation.head(used)));
-  mean_ += gain * innovation.head(used);
+  const Gain with = covariance_ * h.transpose() + xn;
+  const Gain gain = factor.solve(with.transpose()).transpose();
+  const double nis = innovation.dot(factor.solve(innovation));
+  mean_ += gain * innovation;
   mean_[2] = field_core::wrap_angle(mean_[2]);
-  const RobotMatrix a = RobotMatrix::Identity() - gain * hu;  // Joseph's form stays positive
-  covariance_ = (a * covariance_ * a.transpose() + gain * q * gain.transpose()).eval();
+  // Joseph's form of both stays positive.
+  const RobotMatrix a = RobotMatrix::Identity() - gain * h;
+  const RobotMatrix mixed = a * xn * gain.transpose();
+  covariance_ =
+      (a * covariance_ * a.transpose() - mixed - mixed.transpose() + gain * q * gain.transpose())
+          .eval();
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
-  return {true, "", nis, used};
+  cross_ = (a * cross_ - gain * n * node_covariance_).eval();
+  return {true, "", nis, rows.count};
 }
 
 void LocalizeSolver::set_pose(const field_core::SE2& pose, const Eigen::Matrix3d& covariance) {
@@ -115,26 +174,46 @@ void LocalizeSolver::set_pose(const field_core::SE2& pose, const Eigen::Matrix3d
   covariance_.topRows<kPose>().setZero();
   covariance_.leftCols<kPose>().setZero();
   covariance_.topLeftCorner<kPose, kPose>() = covariance;
+  cross_.topRows<kPose>().setZero();
 }
 
 void LocalizeSolver::save(field_core::State& state) const {
   map_->save(state);
   state.set("localized_mean", mean_);
   state.set("localized_covariance", covariance_);
+  if (nodes_.empty()) return;
+  state.set("localized_cell", Eigen::Vector2d(cell_.x, cell_.y));
+  state.set("localized_cross", cross_);
+  state.set("localized_nodes", node_covariance_);
 }
 
 void LocalizeSolver::restore(const field_core::State& state) {
   RobotVector mean;
   RobotMatrix covariance;
   const bool own = state.numbers().count("localized_mean") > 0;
+  const bool within = own && state.numbers().count("localized_cell") > 0;
   if (own) {
     mean = state.matrix("localized_mean", kRobot, 1);
     covariance = state.matrix("localized_covariance", kRobot, kRobot);
+  }
+  const Eigen::Index width = 4 * channels_;
+  CrossMatrix cross;
+  NodeMatrix nodes;
+  GridIndex cell;
+  if (within) {
+    cross = state.matrix("localized_cross", kRobot, width);
+    nodes = state.matrix("localized_nodes", width, width);
+    const Eigen::MatrixXd& at = state.matrix("localized_cell", 2, 1);
+    cell = {static_cast<std::int16_t>(at(0)), static_cast<std::int16_t>(at(1))};
   }
   map_->restore(state);
   mean_ = own ? mean : map_->robot();
   covariance_ = own ? covariance : map_->robot_covariance();
   nodes_.clear();
+  cross_.resize(kRobot, 0);
+  if (!within || !enter(cell)) return;
+  cross_ = cross;
+  node_covariance_ = nodes;
 }
 
 }  // namespace vector_field_slam

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "field_core/errors.hpp"
+#include "solver_common.hpp"
 
 namespace vector_field_slam {
 
@@ -133,7 +135,11 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
     solver_->stamp(sample.stamp);
     result =
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
-    rejected_ = result.applied ? 0 : rejected_ + 1;
+    if (result.applied) {
+      rejected_ = 0;
+    } else if (result.reason == std::string_view(kGated)) {
+      ++rejected_;  // where there is no map, nothing contradicts the pose
+    }
     if (result.applied && *note_) result.reason = std::exchange(note_, "");
     if (rejected_ >= params_.patience) give_up();
   }

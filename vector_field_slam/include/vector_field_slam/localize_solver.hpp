@@ -11,9 +11,11 @@ using AnySensor = SensorModel<double, kMostChannels>;
 /// The roles of up to kMostChannels channels, whatever their number.
 AnySensor any_sensor(const std::vector<ChannelModel>& channels);
 
-/// Extended Kalman filter over (x, y, yaw, c_x, c_y) only. What is not known of the nodes enters as
-/// noise of the measurement, anew in each (their errors are in truth the same each time: the
-/// covariance is then a little too small). O(1) per step.
+/// Extended Kalman filter over (x, y, yaw, c_x, c_y) only; the nodes' errors are considered, not
+/// estimated (Schmidt 1966): a node errs in the same way each time, so the covariance of the
+/// robot's error with those of its cell's nodes is kept, and no number of readings makes the pose
+/// better known than the map. From cell to cell it is carried over by the map's own covariance, the
+/// robot being independent of the new nodes given the old. O(1) per step, O(channels^3) per cell.
 class LocalizeSolver final : public Solver {
  public:
   /// @param map a solver of the kind that made the map; it is restored, asked, and never updated
@@ -42,7 +44,18 @@ class LocalizeSolver final : public Solver {
   void restore(const field_core::State& state) override;
 
  private:
+  // Of the nodes of a cell: channels within nodes.
+  using NodeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4 * kMostChannels,
+                                   4 * kMostChannels>;
+  using CrossMatrix = Eigen::Matrix<double, kRobot, Eigen::Dynamic, 0, kRobot, 4 * kMostChannels>;
+  struct Rows;
+
   bool enter(GridIndex cell);
+  /// The covariance with the nodes of the last cell becomes that with `nodes`.
+  void carry_over(const std::vector<int>& nodes);
+  /// Of those observations that pass the gate.
+  Rows linearize(const SensorPose<double>& sensor, const Observation<double>* observations,
+                 int count) const;
 
   std::unique_ptr<Solver> map_;
   AnySensor sensor_;
@@ -51,11 +64,11 @@ class LocalizeSolver final : public Solver {
   double gate_;
   RobotVector mean_ = RobotVector::Zero();
   RobotMatrix covariance_ = RobotMatrix::Identity();
-  // Of the cell of the last measurement.
+  // Of the cell of the last measurement; no nodes: there was none.
   GridIndex cell_;
   std::vector<int> nodes_;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4 * kMostChannels, 4 * kMostChannels>
-      node_covariance_;
+  NodeMatrix node_covariance_;
+  CrossMatrix cross_;  // of the robot's error with the nodes'
 };
 
 }  // namespace vector_field_slam
