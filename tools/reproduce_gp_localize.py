@@ -26,6 +26,7 @@ import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 
 COMMON = {"particles": 400, "sample_paths": 400, "slice_size": 30, "likelihood_noise_scale": 1.0,
           "likelihood_exponent": 0.25, "diversity": {"paths": 100},
+          "map_resolution": 2.0,  # nobody looks at these maps
           "odom_alpha1": 0.00025, "odom_alpha2": 0.00025, "odom_alpha3": 0.005, "odom_alpha4": 0.00025}
 # Noise, and the common factor of noise and signal, are learned further during the run.
 LEARNED = {"particles": 1000, "candidates": {"noise": [0.25, 1.0], "shared": True}, "variance_dof": 16}
