@@ -1,5 +1,6 @@
 #include "vector_field_slam/vector_field_slam.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -137,8 +138,8 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
         solver_->observe(mounting, observations_.data(), static_cast<int>(observations_.size()));
     if (result.applied) {
       rejected_ = 0;
-    } else if (result.reason == std::string_view(kGated)) {
-      ++rejected_;  // where there is no map, nothing contradicts the pose
+    } else if (result.reason == std::string_view(kGated) || astray()) {
+      ++rejected_;
     }
     if (result.applied && *note_) result.reason = std::exchange(note_, "");
     if (rejected_ >= params_.patience) give_up();
@@ -147,6 +148,14 @@ UpdateResult VectorFieldSlam::update(const field_core::Sample& sample) {
   moved_distance_ = moved_angle_ = 0.0;
   stamp_ = sample.stamp;
   return result;
+}
+
+/// Where there is no map, nothing contradicts the pose and odometry has to do; until it no longer
+/// tells which cell the robot is in (two standard deviations are a cell).
+bool VectorFieldSlam::astray() const {
+  const Eigen::Matrix2d position = solver_->robot_covariance().topLeftCorner<2, 2>();
+  const double cell = params_.cell_size;
+  return 4.0 * position.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff() > cell * cell;
 }
 
 UpdateResult VectorFieldSlam::search(const Mounting<double>& mounting) {

@@ -270,6 +270,27 @@ TEST_P(LocalizeOnly, IsAsHonestAsTheMapAndKnowsWhereItEnds) {
   EXPECT_GT(error, 0.02);
 }
 
+/// Off the map there is only odometry: the robot is lost when that no longer tells the cell.
+TEST_P(LocalizeOnly, IsLostOffTheMapOnceItsCellIsUnknown) {
+  auto p = simulation::params(open_room(200));
+  p.solver = GetParam();
+  VectorFieldSlam mapper(p, 1);
+  const Drive mapping(mapper, simulation::simulate(open_room(200), 101));
+  p.localize_only = true;
+  const simulation::Step standing{SE2(), SE2(), Eigen::Vector4d(0.1, 0.1, -0.1, 0.1)};
+  for (const double stddev : {0.4, 0.6}) {  // of cells
+    VectorFieldSlam localizer(p, 1);
+    localizer.restore(mapper.state());
+    const double x = stddev * p.cell_size;
+    localizer.set_pose(SE2(50.0, 0.0, 0.0), Eigen::Vector3d(x * x, 0.01, 0.01).asDiagonal());
+    const Drive before(localizer, std::vector<simulation::Step>(p.patience - 1, standing));
+    EXPECT_EQ(before.off_map, p.patience - 1);
+    EXPECT_EQ(before.lost, 0);
+    const Drive after(localizer, {standing});
+    EXPECT_EQ(after.lost, stddev > 0.5);
+  }
+}
+
 TEST_P(LocalizeOnly, ARestoredStateGoesOnBitForBit) {
   auto p = simulation::params(open_room(200));
   p.solver = GetParam();

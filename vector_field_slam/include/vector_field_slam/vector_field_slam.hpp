@@ -67,6 +67,7 @@ class VectorFieldSlam {
   void collect_observations(const field_core::Sample& sample);
   field_core::UpdateResult start_with(const Mounting<double>& mounting);
   field_core::UpdateResult search(const Mounting<double>& mounting);
+  bool astray() const;
   void give_up();
   void start_late_channels(const Mounting<double>& mounting);
 
