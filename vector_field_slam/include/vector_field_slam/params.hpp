@@ -137,12 +137,11 @@ struct VectorFieldSlamParams : field_core::MotionParams {
     v.number("max_nodes", max_nodes, {4, 1000000}, "1",
              "of the map; a cell that would need more is not entered");
     v.flag("localize_only", localize_only, "the map is taken as it is (~load_state), not changed");
-    v.number(
-        "patience", patience, {1, 1000000}, "1",
-        "after so many measurements in a row outside the gate (or off the known map, once two "
-        "standard deviations of the position are a cell) the robot is lost: on a known map "
-        "(localize_only) it is searched for as after global_localization, else each further "
-        "one widens the pose's covariance");
+    v.number("patience", patience, {1, 1000000}, "1",
+             "after so many measurements in a row outside the gate (or off the known map, once two "
+             "standard deviations of the position are a cell) the robot is lost: on a known map "
+             "(localize_only) it is searched for as after global_localization, else each further "
+             "one widens the pose's covariance");
     v.number("relocalization_particles", relocalization_particles, {100, 1000000}, "1",
              "that search the map for the robot after global_localization");
   }
