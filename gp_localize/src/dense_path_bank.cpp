@@ -57,21 +57,14 @@ void DensePathBank::add(const Places& places, double value, double noise_varianc
 }
 
 bool DensePathBank::fit_box(const Places& places, double noise_variance) {
+  if (model_ == ObservationModelType::offline_pitc) return false;
   const field_core::Kernel& kernel = field_.basis.kernel();
-  if (model_ == ObservationModelType::offline_pitc || tolerance_ == 0.0 || places.rows() != 2 ||
-      kernel.type() != field_core::KernelType::squared_exponential) {
-    return false;
-  }
   constexpr double kKernel = 10.0;  // multiplications that an exponential is worth
-  const double used = paths_.front().used(), count = static_cast<double>(places.cols());
-  const double pair = used * (0.5 * used + kKernel);
-  const double worth = 0.75 * pair * count / (pair + 2.0 * count);
-  double norm = 1.0;
+  const double used = paths_.front().used();
+  double norm = 0.0;
   for (const DenseGp& path : paths_) norm = std::max(norm, path.mean_norm());
-  const double share = noise_variance / kernel.signal_variance();
-  return box_.fit(places, kernel.length_scales(),
-                  {tolerance_ * std::sqrt(share) / norm, tolerance_ * share},
-                  static_cast<Eigen::Index>(worth));
+  return box_.fit_where_it_pays(kernel, places, tolerance_, noise_variance,
+                                kernel.signal_variance(), norm, used * (0.5 * used + kKernel));
 }
 
 void DensePathBank::log_mean(std::vector<double>& out) const {

@@ -29,8 +29,7 @@ class DensePathBank final : public PathBank {
   void restore(const field_core::State& state) override;
 
  private:
-  /// Lays the box of nodes around particles that stand close together, where evaluating the nodes
-  /// and combining them costs less than evaluating the places.
+  /// Lays the box of nodes around particles that stand close together, where it pays.
   bool fit_box(const Places& places, double noise_variance);
   /// Moments under one path, 2 x places.
   void predict_path(std::size_t path, const Places& places, Eigen::Matrix2Xd& moments) const;

@@ -66,6 +66,23 @@ bool InterpolationBox::fit(const field_core::Places& places, const field_core::P
   return true;
 }
 
+bool InterpolationBox::fit_where_it_pays(const field_core::Kernel& kernel,
+                                         const field_core::Places& places, double tolerance,
+                                         double noise_variance, double prior_variance,
+                                         double mean_norm, double pair) {
+  if (tolerance == 0.0 || noise_variance == 0.0 || kernel.dimensions() != 2 ||
+      kernel.type() != field_core::KernelType::squared_exponential) {
+    return false;
+  }
+  // Evaluating the nodes and combining them must cost less than evaluating the places.
+  const auto count = static_cast<double>(places.cols());
+  const double worth = 0.75 * pair * count / (pair + 2.0 * count);
+  const double share = noise_variance / prior_variance;
+  return fit(places, kernel.length_scales(),
+             {tolerance * std::sqrt(share) / std::max(1.0, mean_norm), tolerance * share},
+             std::min<Eigen::Index>(kMostNodes, static_cast<Eigen::Index>(worth)));
+}
+
 /// Chebyshev points of the first kind and their barycentric weights (Berrut and Trefethen 2004,
 /// eq. 5.3).
 void InterpolationBox::set_order(int order, Axis& axis) {

@@ -33,10 +33,23 @@ int chebyshev_order(double half_width, const InterpolationTolerance& tolerance);
 /// The box around places and its nodes. Allocates only when P or `most` grow.
 class InterpolationBox {
  public:
+  /// That fit_where_it_pays() uses.
+  static constexpr int kMostNodes = 256;
+
   /// Lays the box around the columns of `places` (2 x P). False, and nothing else can be asked, if
   /// more than `most` nodes would be needed.
   bool fit(const field_core::Places& places, const field_core::Place& length_scales,
            const InterpolationTolerance& tolerance, Eigen::Index most);
+
+  /// The same for predictions that are weighed under noise, where the kernel is smooth and it pays:
+  /// means are then off by at most the share `tolerance` of the noise's standard deviation,
+  /// variances by this share of its variance. False with no tolerance or no noise.
+  /// @param prior_variance of the field
+  /// @param mean_norm bound of |mean|_H / sigma over all predicted functions
+  /// @param pair multiplications that one prediction takes at one place
+  bool fit_where_it_pays(const field_core::Kernel& kernel, const field_core::Places& places,
+                         double tolerance, double noise_variance, double prior_variance,
+                         double mean_norm, double pair);
 
   /// 2 x r.
   Eigen::Map<const Eigen::Matrix2Xd> nodes() const {

@@ -59,7 +59,7 @@ void MapError::save(field_core::State& state) const {
   Eigen::MatrixXd readings(2, count_.size());
   for (std::size_t f = 0; f < count_.size(); ++f) readings.col(f) << count_[f], standing_[f];
   state.set("readings_near", readings);
-  state.set("moved_since_reading", moved_);
+  state.set("moved_not_counted", moved_);
 }
 
 void MapError::restore(const field_core::State& state) {
@@ -67,7 +67,7 @@ void MapError::restore(const field_core::State& state) {
   if (state.numbers().count("readings_near") == 0) return restart();
   const auto fields = static_cast<Eigen::Index>(count_.size());
   const Eigen::MatrixXd& readings = state.matrix("readings_near", 2, fields);
-  const double moved = state.scalar("moved_since_reading");
+  const double moved = state.scalar("moved_not_counted");
   if (!((readings.array() >= 0.0).all() && moved >= 0.0)) {
     throw field_core::DataError("the state's block 'readings_near' is damaged; make it again");
   }

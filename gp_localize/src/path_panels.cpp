@@ -154,7 +154,7 @@ class Panels final : public PathPanels {
 
  private:
   static constexpr int kArrays = 7;
-  static constexpr int kMostNodes = 256;
+  static constexpr int kMostNodes = InterpolationBox::kMostNodes;
   static constexpr int kMostFields = 12;  // of a group
 
   /// What is predicted: a field of the group, or a weighted sum of two, which the model knows as
@@ -295,21 +295,11 @@ class Panels final : public PathPanels {
     }
   }
 
-  /// Whether the predictions are smooth enough over the places to interpolate them, which is worth
-  /// it as long as evaluating the nodes and combining them costs less than evaluating the places.
   bool fit_box(const SupportBasis& basis, const Places& places, double prior,
                double noise_variance) {
-    if (tolerance_ == 0.0 || noise_variance == 0.0) return false;
-    if (p_.kernel != field_core::KernelType::squared_exponential || p_.dimensions != 2) {
-      return false;
-    }
     const double pair = p_.support * (0.5 * p_.support + 1.5 + p_.open);
-    const auto count = static_cast<double>(places.cols());
-    const double worth = 0.75 * pair * count / (pair + 2.0 * count);
-    const double share = noise_variance / prior;
-    return box_.fit(places, basis.kernel().length_scales(),
-                    {tolerance_ * std::sqrt(share) / std::max(1.0, mean_norm_), tolerance_ * share},
-                    std::min(kMostNodes, static_cast<int>(worth)));
+    return box_.fit_where_it_pays(basis.kernel(), places, tolerance_, noise_variance, prior,
+                                  mean_norm_, pair);
   }
 
   void add_interpolated(const SupportBasis& basis, const Combination& field, int count,
