@@ -22,7 +22,7 @@ from support.robot import check_pose
 from support.runner import main
 
 BAG = "hall_light"
-RATE, SECONDS = 20, 400
+RATE, SECONDS = 10, 400  # twice as fast, a busy machine answered two measurements with one transform
 NODE = "/gp_localize"
 # Replays of these 400 s, seeds 1 to 3: mean error 0.72 to 0.83 m, largest 2.6 to 2.9 m.
 MEAN_ERROR_M, MOST_ERROR_M = (0.2, 1.4), 4.5
@@ -128,9 +128,8 @@ class LiveBag(unittest.TestCase):
             placed = np.array([compose(row[1:], odometry[round(stamp, 3)]) for row in after]).reshape(-1, 3)
             p = message.pose.pose.position
             agreeing += np.any(np.hypot(placed[:, 0] - p.x, placed[:, 1] - p.y) < 1e-6)
-        # A busy machine may handle two measurements between two odometry messages, twenty times as fast as they came:
-        # 0.87 was seen. Wrong frames agree nowhere.
-        self.assertGreater(agreeing, 0.7 * len(self.poses()))
+        # A machine that stalls for longer than a measurement takes may skip one.
+        self.assertGreater(agreeing, 0.9 * len(self.poses()))
 
     def test_map_to_base_link_is_near_the_truth_all_the_time(self):
         placed = []
