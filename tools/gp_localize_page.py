@@ -9,30 +9,29 @@ import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 HEADER = ["run", "fields", "start", "method", "seeds", "median of mean error [m]", "mean +- sd", "min to max",
           "better than the paper's (12-13), same seed", "in 90 % ellipse", "says lost"]
 MARK = "<!-- written by tools/reproduce_gp_localize.sh -->\n"
-ODOMETRY = "odometry"
 
 
 def key_of(row):
     """What a row is about: run, fields, start, method. Of odometry there are two rows, whatever the scale is."""
     run, fields, start, method = row[:4]
-    return run, fields, start, " ".join(method.split()[:2]) if method.startswith(ODOMETRY) else method
+    return run, fields, start, " ".join(method.split()[:2]) if method.startswith("odometry ") else method
 
 
 def rows_of(text):
     """Of the page's table."""
-    lines = [line for line in text.split(MARK)[-1].splitlines() if line.startswith("| ")]
+    lines = [line for line in text.partition(MARK)[2].splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in line[1:line.rindex("|")].split("|")] for line in lines[2:]]
 
 
 def merged(kept, measured, order):
-    """Rows in `order` (of keys): the measured ones, and those kept that none over as many seeds replaces."""
+    """Rows in `order` (of keys): the measured ones, and those kept that none over as many seeds replaces. What is not in
+    `order` could not be measured again and goes."""
     rows = {key_of(row): row for row in kept}
     for row in measured:
         before = rows.get(key_of(row))
         if before is None or int(row[4] or 1) >= int(before[4] or 1):
             rows[key_of(row)] = row
-    unknown = [key for key in rows if key not in order]
-    return [rows[key] for key in list(order) + unknown if key in rows]
+    return [rows[key] for key in order if key in rows]
 
 
 def plot_errors(rows, file):
@@ -69,11 +68,11 @@ def plot_errors(rows, file):
 def write(page, measured, order):
     """Puts measured rows on the page; the text before the table stays. Returns the table."""
     page.parent.mkdir(parents=True, exist_ok=True)
-    text = page.read_text() if page.exists() else "# GP-Localize: the paper's experiments\n\n" + MARK
+    text = page.read_text() if page.exists() else "# GP-Localize: the paper's experiments\n\n"
     rows = merged(rows_of(text), measured, order)
     plot_errors(rows, page.parent / "gp_localize_errors.png")
     table = replays.table(HEADER, rows)
     pictures = [f"\n![{name}](gp_localize_{name}.png)\n" for name in ("errors", "step_times")
                 if (page.parent / f"gp_localize_{name}.png").exists()]
-    page.write_text(text.split(MARK)[0] + MARK + "\n" + table + "".join(pictures))
+    page.write_text(text.partition(MARK)[0] + MARK + "\n" + table + "".join(pictures))
     return table

@@ -318,7 +318,7 @@ def main():
             if name == "pioneer" and arguments.times:
                 plot_times(experiment, arguments.times, arguments.page.with_name("gp_localize_step_times.png"))
     if rows:
-        print(gp_localize_page.write(arguments.page, rows, list(page_order())))
+        print(gp_localize_page.write(arguments.page, rows, page_order()))
 
 
 if __name__ == "__main__":
