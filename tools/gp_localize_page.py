@@ -59,7 +59,7 @@ def plot_errors(rows, file):
         axis.set_ylim(len(some) - 0.3, -0.7)  # as in the table, from above
         axis.set_xlim(left=0)
         axis.tick_params(labelsize=8)
-    axes[-1, 0].set_xlabel("mean position error [m]: median, mean +- standard deviation, extremes (number of seeds)")
+    axes[-1, 0].set_xlabel("mean position error [m]: median, mean +- sd, extremes (number of seeds)", fontsize=8)
     figure.tight_layout()
     figure.savefig(file, dpi=110)
     plt.close(figure)
